@@ -82,7 +82,7 @@ def length(vector: ArrayLike) -> float:
 def solve(matrix: ArrayLike, right: ArrayLike) -> FloatArray:
     """Return the solution of a regular system (n, n) for one right side (n,) or several (n, m).
 
-    By Gaussian elimination with partial pivoting; a singular matrix gives infinite or NaN entries.
+    By Gaussian elimination with partial pivoting; a pivot of zero gives infinite or NaN entries.
 
     >>> solve([[0.0, 2.0], [1.0, 1.0]], [4.0, 5.0]).tolist()
     [3.0, 2.0]

@@ -54,7 +54,7 @@ class _Parts(NamedTuple):
         return np.asarray(self.coefs[..., 0] / self.coefs[..., 1])
 
     def of(self, rows: NDArray[np.bool_]) -> _Parts:
-        """Return some of the parts."""
+        """Return the parts that the mask `rows` (m,) selects."""
         return _Parts(self.coefs[rows], self.box[rows])
 
 

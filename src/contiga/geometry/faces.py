@@ -207,7 +207,7 @@ class Faces(Displayed, Movable):
     def area(self, rtol: float = 1e-9) -> float:
         """Return the area of the trimmed faces, length², by Gauss quadrature to about `rtol`.
 
-        A result to 1e-9 or better is kept, and serves all later calls with no smaller `rtol`.
+        A result to 1e-9 or better is kept, and serves later calls with an `rtol` of 1e-9 or more.
         """
         if self._area is None or rtol < 1e-9:
             area = body_area(self, rtol)

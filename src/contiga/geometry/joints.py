@@ -54,10 +54,10 @@ class Joints(NamedTuple):
 def joints_of(body: Faces) -> Joints:
     """Return the joints along the named edges, from how often and in which sense each is used.
 
-    Two uses are a joint; one use is an open edge, unless it is a point within the tolerances. Of
-    more uses the longest is joined with each other one if the lengths of these add up to its own,
-    to `LENGTH_TOL`; else the edge is crowded, unless the faces run along it as far in one sense as
-    in the other. Edges that a reader has mixed up (`_mispaired`) are none of these.
+    Two uses are a joint; one or none is an open edge, unless it is a point within the tolerances.
+    Of more uses the longest is joined with each other one if the lengths of these add up to its
+    own, to `LENGTH_TOL`; else the edge is crowded, unless the faces run along it as far in one
+    sense as in the other. Edges that a reader has mixed up (`_mispaired`) are none of these.
     """
     edges = body.edges
     is_left: dict[int, list[bool]] = {}

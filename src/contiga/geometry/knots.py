@@ -146,7 +146,7 @@ def multiplicity(knots: FloatArray, t: float) -> int:
 
 
 def clamped(knots: FloatArray, degree: int, low: float, high: float) -> FloatArray:
-    """Return the knots strictly between `low` and `high`, and each of these degree + 1 times."""
+    """Return `low` and `high`, each degree + 1 times, and the knots strictly between them."""
     inside = knots[(knots > low) & (knots < high)]
     return np.concatenate([np.full(degree + 1, low), inside, np.full(degree + 1, high)])
 

@@ -188,7 +188,10 @@ def cylinder(
     centre: ArrayLike = ORIGIN,
     axis: Axis = "z",
 ) -> NurbsSurface:
-    """Side of a cylinder without its ends, `centre` at half its height, normals outward."""
+    """Side of a cylinder without its ends, `centre` at half its height, normals outward.
+
+    It goes round the axis by `angle`, at most 2π.
+    """
     r, h = _size(radius, "radius"), 0.5 * _size(height, "height")
     side = revolved(line((r, 0.0, -h), (r, 0.0, h)), angle)
     return side._moved(transform.frame(axis, centre))
@@ -205,8 +208,8 @@ def cone(
 ) -> NurbsSurface:
     """Side of a cone (or, with `top_radius` > 0, of its stump) without its base.
 
-    `centre` is the centre of the base and the apex lies along +`axis`; normals outward. It goes
-    round the axis by `angle`, 2π at most.
+    `centre` is the centre of the base and the apex lies along +`axis`; normals outward. The
+    side goes round the axis by `angle`, at most 2π.
     """
     r, h = _size(radius, "radius"), _size(height, "height")
     top = float(_number(top_radius, "top_radius"))

@@ -347,7 +347,7 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return tessellate.base_area(self)
 
     def tessellate(self, tol: float, *, method: Literal["net", "chord"] = "chord") -> TriMesh:
-        """Return triangles within `tol`: see `contiga.geometry.tessellate.tessellate`."""
+        """Return triangles to a tolerance: see `contiga.geometry.tessellate.tessellate`."""
         return tessellate.tessellate(self, tol, method)
 
 

@@ -155,7 +155,10 @@ def _sampled_bends(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> FloatA
 
 
 def _across(second: FloatArray, first: FloatArray) -> FloatArray:
-    """Return (k,) lengths of the parts of `second` normal to `first`; all of it if that is zero."""
+    """Return (k,) lengths of the parts of `second` normal to `first`.
+
+    Where `first` is zero they are the lengths of `second`.
+    """
     square = (first * first).sum(axis=1, keepdims=True)
     dot_product = (second * first).sum(axis=1, keepdims=True)
     share = np.divide(dot_product, square, out=np.zeros_like(dot_product), where=square > 0.0)

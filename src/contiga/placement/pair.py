@@ -109,7 +109,7 @@ class Pair:
     def gaps(self, rows: IndexArray, shift: float) -> FloatArray:
         """Return signed gaps (k,) of the points `rows` (k,) with the first part moved by `shift`.
 
-        They are kept, with the shift, for later `bounds`.
+        They are kept, with the shift and which are past a border, for later `bounds`.
         """
         gaps = np.empty(len(rows))
         self._at[rows] = shift

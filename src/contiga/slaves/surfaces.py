@@ -58,14 +58,15 @@ def patches_of(faces: Faces) -> tuple[NurbsSurface, ...]:
 def refined(patches: Sequence[NurbsSurface], how: Refinement) -> list[NurbsSurface]:
     """Return patches with their degrees raised and their elements cut, of the same shape.
 
-    With `elements`, the range of each patch is cut into as many equal parts, besides its own knots.
-    With a size, all elements of a row of joined patches are cut into as many equal parts as the
-    longest needs, so that neighbours still have the same control points.
+    Degrees become at least `how.degree`. With `how.elements`, the range of each patch is cut into
+    as many equal parts, besides its own knots. Otherwise all elements of a row of joined patches
+    are cut into as many equal parts as the longest needs for `how.size`, so that neighbours still
+    have the same control points.
 
     Raises
     ------
     InputError
-        The errors of `join` for patches that are cut alike; more than 100,000 elements.
+        The errors of `join`, without `how.elements`; more than 100,000 elements.
     """
     raised = [patch.elevate(*(max(how.degree - p, 0) for p in patch.degrees)) for patch in patches]
     if how.elements is not None:

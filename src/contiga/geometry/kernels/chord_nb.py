@@ -157,7 +157,7 @@ def hull_within(points, quad, tol):
 
 @inner()
 def to_points(coefs, points):
-    """Write the Cartesian control points ((p + 1)(q + 1), 3) of a piece (p + 1, q + 1, 4)."""
+    """Write the Cartesian control points of a piece (p + 1, q + 1, 4) to `points`, row by row."""
     m = coefs.shape[1]
     for i in range(coefs.shape[0]):
         for j in range(m):

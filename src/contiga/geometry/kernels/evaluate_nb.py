@@ -92,7 +92,7 @@ def surface_sums(s, u, v, order, work):
     """Write derivatives of the numerator and the weight at one point to ``work.sums``.
 
     The numerator is relative to a near control point, whose indices (i, j) are returned: a surface
-    far from the origin then loses no digits.
+    far from the origin then loses no digits. Basis functions are left in `work.Nu` and `work.Nv`.
     """
     su = find_span(s.U, s.p, s.net.shape[0], u)
     sv = find_span(s.V, s.q, s.net.shape[1], v)
@@ -159,7 +159,7 @@ def surface_point(s, u, v, order, work, out):
 
 @kernel()
 def surface_range(s, uv, order, out, start, stop):
-    """Write rows start … stop − 1 of the points and derivatives at `uv`; see `surface_point`."""
+    """Write rows start … stop − 1 of `out`: points and derivatives at `uv`, see `surface_point`."""
     work = make_scratch(s.p, s.q, order)
     for k in range(start, stop):
         surface_point(s, uv[k, 0], uv[k, 1], order, work, out[k])

@@ -126,7 +126,7 @@ def high_corner(net, box, uv):
 
 @inner()
 def quarter(h, top):
-    """Replace entry `top` of the stack by its quarters; return the number of entries."""
+    """Replace entry `top` of h.stack and h.boxes by its quarters; return the number of entries."""
     box = h.boxes[top].copy()
     u, v = 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])
     for k in range(3, -1, -1):

@@ -20,7 +20,7 @@ NOISE = 1e-15
 
 @inner()
 def bernstein(degree, t, values, slopes):
-    """Write the degree + 1 Bernstein polynomials on [0, 1] at `t` to `values`, and `slopes`."""
+    """Write the degree + 1 Bernstein polynomials on [0, 1] at `t`, as `values` and `slopes`."""
     values[0] = 1.0
     slopes[0] = 0.0
     for j in range(1, degree + 1):

@@ -148,7 +148,7 @@ def hash_of_cube(front, i, j, k):
 
 @inner()
 def add_to_hash(front, side, v):
-    """Add a vertex to the hash table of `has_vertex_within`, of cubes of a given side."""
+    """Add a vertex to the hash table of `has_vertex_within`, which has cubes of this `side`."""
     p = front.points[v]
     x = np.int64(math.floor(p[0] / side))
     y = np.int64(math.floor(p[1] / side))
@@ -168,7 +168,10 @@ def hash_vertices(t, front, side):
 
 @inner()
 def has_vertex_within(front, side, p):
-    """Return whether any vertex in the hash table is nearer to p than `side`, that of its cubes."""
+    """Return whether a vertex in the hash table is nearer to p than `side`.
+
+    The cubes of the table must have this side.
+    """
     x = np.int64(math.floor(p[0] / side))
     y = np.int64(math.floor(p[1] / side))
     z = np.int64(math.floor(p[2] / side))

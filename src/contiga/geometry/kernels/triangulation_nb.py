@@ -102,7 +102,10 @@ def put(t, triangle, corners, neighbours, marks):
 
 @inner()
 def relink(t, triangle, a, b, new):
-    """Make `new` the neighbour of `triangle` across its side from a to b, unless it is `BORDER`."""
+    """Make `new` the neighbour of `triangle` across its side from a to b.
+
+    Nothing changes if `triangle` is `BORDER`.
+    """
     if triangle == BORDER:
         return
     for k in range(3):
