@@ -10,8 +10,8 @@ from contiga.records import IndexArray, IntArray
 def groups_of(first: IndexArray, second: IndexArray, n: int) -> IntArray:
     """Return the group (n,) of each of n items, where pairs first[k], second[k] are joined.
 
-    Groups are numbered in the order of their first items. Every item takes the least number of its
-    neighbours, and then the least number of that one (Shiloach & Vishkin, An O(log n) parallel
+    Groups are numbered in the order of their first items. The higher root of each pair gets the
+    lower one as its parent, then every item its root (Shiloach & Vishkin, An O(log n) parallel
     connectivity algorithm, 1982): scipy's function takes longer to import than this to run.
 
     >>> groups_of(np.array([4, 1]), np.array([2, 4]), 5).tolist()

@@ -11,7 +11,7 @@ MIN_PATCHES, MIN_POINTS = 8, 1_000
 
 
 def key_of(body: FacesLike) -> str | None:
-    """Return a digest of all that results depend on; None for a small body, which is not cached.
+    """Return a digest of the data that results depend on; None for a small body: it is not cached.
 
     A body is small below both `MIN_PATCHES` patches and `MIN_POINTS` control points.
     """

@@ -111,7 +111,7 @@ class EdgeShape:
         """Return (n,) largest normal curvature, 1/length, of the face just inside an open border.
 
         If the border is straight and the face next to it is curved, one long side would get many
-        triangles as thin as needles. It is zero for an edge of several faces, where the edge
+        triangles as thin as needles. It is zero for an edge with a `curve` of its own, which
         decides, and beside a flat patch.
         """
         curvature = np.zeros(len(share))

@@ -311,7 +311,7 @@ class Faces(Displayed, Movable):
         )
 
     def digest(self, digest: Digest) -> None:
-        """Add what results depend on to a digest: reference point, patches, trims, edges.
+        """Add the data that results depend on to a digest: reference point, patches, trims, edges.
 
         Name, unit and measured gaps are left out.
         """

@@ -161,11 +161,11 @@ def _close_points(body: Faces, is_open: NDArray[np.bool_]) -> None:
 
 
 def turned_faces(n: int, joints: list[Joint]) -> tuple[tuple[int, ...], int]:
-    """Return the faces with a free side opposite to most of their piece, and the conflicts.
+    """Return the faces with a free side opposite to most of their piece, and a count of conflicts.
 
-    A flood over the joints of `n` patches gives each piece of the body one orientation; the number
-    of joints that contradict it (as on a Moebius strip) is that of conflicts. Of two halves of a
-    piece the one without its first face is returned. Faces are ascending.
+    A flood over the joints of `n` patches gives each piece of the body one orientation; joints
+    that contradict it (as on a Moebius strip) are conflicts. Of two equal halves of a piece the one
+    without its first face is returned. Faces are ascending.
     """
     links: dict[int, list[tuple[int, bool]]] = defaultdict(list)
     for joint in joints:

@@ -106,9 +106,9 @@ def _integral(
 ) -> FloatArray:
     """Return integrals of a kind, AREA or FLUX, over patch `k`; halve parts until two rules agree.
 
-    `stop` holds their largest absolute difference, by integral, and the relative one, of which ten
-    times counts; the larger decides. With `MAX_PARTS` parts the finer rule's result is returned in
-    any case.
+    `stop` holds the largest absolute difference of the rules, by integral, and the relative one, of
+    which ten times counts; the larger decides. With `MAX_PARTS` parts the finer rule's result is
+    returned in any case.
     """
     floor, rtol = stop
     patch = body.patches[k]

@@ -50,8 +50,8 @@ def check_nodes(nodes: FloatArray, points: FloatArray, name: str) -> None:
 def as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
     """Return facets (m, 3) or (m, 4) as a copy of triangles (k, 3) int32, read-only.
 
-    Quadrilaterals are split along the shorter diagonal; of one with two equal points in turn a
-    single triangle remains. Raises MeshError for other shapes, numbers that are not whole, and
+    Quadrilaterals are split along the shorter diagonal; a quadrilateral with two equal points in
+    turn becomes one triangle. Raises MeshError for other shapes, numbers that are not whole, and
     points that do not exist.
     """
     real(facets, name)

@@ -51,7 +51,7 @@ class QuadRule(NamedTuple):
 
 
 def quad_rule(count: int) -> QuadRule:
-    """Return the Gauss rule of count × count points; those of one u follow each other."""
+    """Return the Gauss rule of count × count points; points of one u follow each other."""
     nodes, weights = gauss(count)
     u, v = (axis.ravel() for axis in np.meshgrid(nodes, nodes, indexing="ij"))
     return QuadRule(

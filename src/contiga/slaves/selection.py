@@ -203,7 +203,7 @@ def faces_to(surface: Surface, side: tuple[ArrayLike, float], where: str) -> Boo
 
 
 def _numbers(values: Any) -> FloatArray | None:
-    """Return `values` as a float64 array; None if they are not numbers or one is NaN."""
+    """Return `values` as a float64 array; None if they are not numbers or any is NaN."""
     real(values)
     try:
         array = np.asarray(values, dtype=np.float64)

@@ -34,7 +34,8 @@ lie over the neighbour, and the centroid."""
 def miss_at(t, face, front, triangle, x, y):
     """Return the distance of the surface's point at (x, y) from a triangle and its neighbours.
 
-    The nearest of them counts; none is looked at after one within the sag.
+    The nearest of them counts; none is looked at after one within `SAG_SHARE` of the sag.
+    Overwrites `face.D`.
     """
     evaluate(face, x, y, 0)
     nearest = np.inf

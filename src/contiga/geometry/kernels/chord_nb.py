@@ -116,8 +116,9 @@ def cutting_plane(quad, plane):
 def hull_within(points, quad, tol):
     """Return whether the hull of `points` (n, 3) is proved within `tol` of triangles 012 and 023.
 
-    It is if all points are within `tol` of one triangle; or, cut along the diagonal, if the points
-    on each side are near their triangle, and the cuts of lines between both near both.
+    That holds if all points are within `tol` of one triangle; or, cut along the diagonal, if the
+    points on each side are within it of their triangle, and the points at which lines between the
+    sides are cut are within it of both triangles.
     """
     n = points.shape[0]
     first = True

@@ -249,7 +249,7 @@ def inward(knots, count, t):
 
 @inner()
 def limit_normal(s, u, v, normal):
-    """Write the unit normal as a limit from inside; False, and NaN, if there is none.
+    """Write the unit normal as a limit from inside to `normal`; False, and NaN, if there is none.
 
     If S_u × S_v vanishes, its lowest derivative along the inward direction that does not vanish
     gives the direction in the limit; derivatives up to `LIMIT_ORDER` are tried.

@@ -137,8 +137,8 @@ def element_area(coefs, nodes, weights, rtol, floor, max_boxes):
 def grid_area(coefs, nodes, weights, rtol):
     """Return the area of all elements (nu, nv, p + 1, q + 1, 4), summed in order, to `rtol`.
 
-    Errors below its share of the whole, or below the rounding of points, do not count in an
-    element.
+    The error of an element does not count below its equal share of that of the whole, or below the
+    rounding of points.
     """
     nu, nv = coefs.shape[:2]
     box = np.array([0.0, 1.0, 0.0, 1.0])

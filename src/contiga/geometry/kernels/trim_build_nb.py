@@ -83,8 +83,8 @@ def roots_inside(c):
 
     The interval is halved by de Casteljau until each part has no sign change among its coefficients
     (then no root: variation diminishing) or is `ROOT_WIDTH` wide. A middle that is a root itself is
-    appended on the way, since neither half shows it. Multiple roots, with a change of
-    sign or without, are found once.
+    appended on the way, since neither half shows it. Multiple roots are found once;
+    by rounding, one without a change of sign may be missed.
     """
     n = c.shape[0]
     roots = np.empty(4 * n)

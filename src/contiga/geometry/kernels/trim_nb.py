@@ -186,8 +186,8 @@ def _crosses_right(tables, piece, u, v):
 def _compare_with_piece(tables, piece, u, v, eps):
     """Return 2 for a point on a piece, 1 if the ray from it towards +u crosses the piece, else 0.
 
-    On it is within `eps` = (u, v), measured along u, and along v too if the piece is nearly level
-    there. The ray crosses by the half-open rule in v.
+    A point is on a piece within `eps` = (u, v), measured along u, and along v too if the piece is
+    nearly level there. The ray crosses by the half-open rule in v.
     """
     ends = tables.piece_ends[piece]
     low, high = min(ends[0], ends[2]), max(ends[0], ends[2])
