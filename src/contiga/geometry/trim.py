@@ -104,10 +104,10 @@ def loop_pieces(tables: TrimTables, patch: int) -> list[np.ndarray]:
 
 
 def _monotone_pieces(loop: Loop, low: FloatArray, high: FloatArray) -> _Pieces:
-    """Return the monotone pieces of one loop, each ending exactly where the next begins.
+    """Return the monotone pieces of one loop, whose `ends` meet exactly.
 
-    Their `ends` are clipped to the domain, from `low` to `high`; ends up to `SNAP_TOL` of it apart
-    are made one. Straight pieces, of p-curve −1, bridge larger gaps.
+    Ends are clipped to the domain, from `low` to `high`, and made one up to `SNAP_TOL` of it apart;
+    coefficients are not changed. Straight pieces, of p-curve −1, bridge larger gaps.
     """
     by_curve = []
     for curve in loop:

@@ -59,9 +59,9 @@ class Criteria(NamedTuple):
 def select(surface: Surface, active: BoolArray, criteria: Criteria, where: str) -> Selected:
     """Return the facets that meet all criteria, and the mask of active points.
 
-    A facet is selected if all its corners are, and its normal is within the angle of `side`; of a
-    quadrilateral both halves or none. Points on facets are active at selected facets only; points
-    on no facet if they are selected, and there is no `side`.
+    Facets of a cloud are None. A facet is selected if all its corners are, and its normal is within
+    the angle of `side`; of a quadrilateral both halves or none. Points on facets are active at
+    selected facets only; points on no facet if they are selected, and there is no `side`.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ def cross(ax, ay, bx, by):
 
 @inner()
 def orient(xy, a, b, c):
-    """Return twice the area of abc, positive if anticlockwise; its sign is exact."""
+    """Return twice the area of abc, positive if anticlockwise; its sign is exact: see `cross`."""
     return cross(xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1], xy[c, 0] - xy[a, 0], xy[c, 1] - xy[a, 1])
 
 
@@ -170,7 +170,7 @@ def position_in(t, triangle, v):
 
 @inner()
 def from_centre(xy, corners, v):
-    """Return three times the vector from the centre of a triangle to v, exact."""
+    """Return three times the vector from the centre of a triangle to v, exact on the `GRID`."""
     x = y = 0.0
     for a in corners:
         x += xy[v, 0] - xy[a, 0]
