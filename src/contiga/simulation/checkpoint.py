@@ -92,7 +92,7 @@ class Checkpoint(NamedTuple):
 def write_checkpoint(
     path: Path, checkpoint: Checkpoint, summary: dict[str, Any], before: Path | None = None
 ) -> None:
-    """Write the file atomically in place of an older one, which is kept as `before`.
+    """Write `checkpoint` to `path` atomically; an older file is moved to `before`, if given.
 
     `summary` is the summary of the run so far.
     """

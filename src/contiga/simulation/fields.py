@@ -217,7 +217,10 @@ def _slave_part(name: str, slave: Slave, node_rows: IndexArray) -> Part:
 
 
 def _body_mesh(name: str, body: Master, size: float | None) -> TriMesh:
-    """Return the triangles that draw a body, of exact geometry with sides of at most `size`."""
+    """Return the triangles that draw a body; of exact geometry with sides up to `size`, if given.
+
+    Raises `InputError` for a size that takes more than `MAX_TRIANGLES` triangles.
+    """
     mesh = body.tessellate(DRAWING_TOL * body.size)
     if size is None or body.faces is None:
         return mesh

@@ -43,11 +43,12 @@ def fingerprint_of(model: Model, end: float | None = None) -> str:
 
 
 def identity_of(model: Model, end: float | None = None) -> Identity:
-    """Return the digest of case, times, geometry, slaves, motions, contacts and output.
+    """Return the digest of a case and its inputs, and the names of code that it cannot include.
 
-    Title, plots, references and whether there is a report do not count. `end` replaces that of the
-    run: a case that goes on for longer is the same until then. Raises `InputError` if the steps do
-    not fit into the time until that end.
+    Case, times, geometry, slaves, motions, contacts and output count; title, plots, references and
+    whether there is a report do not. `end` replaces that of the run: a case that goes on for longer
+    is the same until then. Raises `InputError` if the steps do not fit into the time until that
+    end.
     """
     digest = _Digest()
     times = (model.stepping if end is None else ended(model.stepping, end)).planned()

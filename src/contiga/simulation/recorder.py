@@ -257,7 +257,10 @@ class Recorder:
         return {name: as_column(name, values[: self.done]) for name, values in self._rows.items()}
 
     def save(self) -> None:
-        """Write a checkpoint of the last complete step, if there is one.
+        """Close the fields, and write a checkpoint of the last complete step, if there is one.
+
+        Without any checkpoint in the folder its files are removed, and also the folder if it was
+        made for this run.
 
         Raises
         ------

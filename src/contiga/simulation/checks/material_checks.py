@@ -123,7 +123,10 @@ def _check_units(where: str, elements: str, part: Part, fmt: Quantities) -> Iter
 
 
 def _check_rates(where: str, elements: str, part: Part, scene: Scene) -> Iterator[Finding]:
-    """Report rates of foams outside `_RATE_RANGE`, and rates smoothed over more than the run."""
+    """Report the largest rate of a foam outside `_RATE_RANGE`, and smoothing longer than the run.
+
+    The range is tested only if the case has units.
+    """
     if not (isinstance(part.material, Foam) and part.material.rates):
         return
     fmt, stepping = scene.fmt, scene.model.stepping

@@ -100,8 +100,8 @@ def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
 def notes_on(model: Model, history: Columns) -> list[str]:
     """Return notes on forces: a law sets the sum of magnitudes, the history has the resultant.
 
-    A note is made if they differ by more than `_RESULTANT_TOL` at the greatest force, for force
-    laws without hysteresis and friction.
+    A note is made if the sum is larger by more than `_RESULTANT_TOL` at the greatest force, for
+    force laws without hysteresis and friction.
     """
     scene, notes = Scene(model), []
     for pair in scene.pairs:
@@ -130,7 +130,7 @@ def notes_on(model: Model, history: Columns) -> list[str]:
 
 
 def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray]:
-    """Return the columns of one contact in the history, and the times."""
+    """Return the columns of one contact that the checks need, without its prefix, and the times."""
     prefix = column_prefixes(model)[pair.part.name]
     names = (
         *("n_contact", "n_tunnelled", "max_penetration", "force"),

@@ -122,7 +122,8 @@ class Pair:
     def times(self) -> FloatArray:
         """Times (k,) of the run between which the sides rotate little relative to each other.
 
-        They include planned steps and all rows of the motions' tables.
+        They include up to `PLANNED` planned steps and all rows of the motions' tables. If these are
+        too many for `MAX_TIMES`, rotations may be larger and rows left out: see `followed`.
         """
         times = np.union1d(spread(self.model.stepping.planned(), PLANNED), self._table_times)
         if len(times) > MAX_TIMES:
@@ -219,7 +220,7 @@ class Pair:
         return pose.compose(pose.translation(displacement), turn)
 
     def relative_at(self, time: float) -> FloatArray | None:
-        """Return the pose (4, 4) of the slave in the master's axes; None where it deforms."""
+        """Return the pose (4, 4) of the slave in the master's axes; None where `_slave_pose` is."""
         if time not in self._relative:
             slave_pose = self._slave_pose(time)
             self._relative[time] = (

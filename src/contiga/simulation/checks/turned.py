@@ -95,7 +95,10 @@ def met_from_behind(pair: Pair, last: SystemState, *, met: bool) -> Iterator[Fin
 
 
 def _gaps(pair: Pair, points: FloatArray, X_WB: FloatArray) -> FloatArray:
-    """Return the gaps (k,) of active points with feet within an open face, without points on it."""
+    """Return the gaps (k,) of points with feet within an open face, without points on it.
+
+    At most `MAX_POINTS` active points are measured.
+    """
     rows = np.flatnonzero(pair.slave.active & np.isfinite(points).all(axis=1))
     p_B = to_body(X_WB, np.ascontiguousarray(points[spread(rows, MAX_POINTS)]))
     feet = empty_projection(len(p_B))
