@@ -61,7 +61,7 @@ def _stiffness_along(arms: FloatArray, directions: FloatArray, stiffness: FloatA
 
 
 def _mobility(model: Any, data: Any, point: FloatArray, bodies: tuple[int, int]) -> FloatArray:
-    """Return the relative acceleration (6, 6) of two bodies by a wrench between them."""
+    """Return the relative acceleration (6, 6) of two bodies at `point` by unit wrenches on both."""
     import mujoco
 
     relative = np.zeros((6, model.nv))

@@ -41,7 +41,7 @@ def rotation(axis: Axis, angle: float, centre: ArrayLike = (0.0, 0.0, 0.0)) -> F
 
 
 def from_quaternion(q: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Return the pose of the rotation `q` (w, x, y, z), of any length but zero, at `position`.
+    """Return the pose (4, 4) of the rotation `q` (w, x, y, z), of any length > 0, at `position`.
 
     Raises `InputError` for a `q` that is not four finite numbers, or all zero.
     """
@@ -53,7 +53,7 @@ def from_quaternion(q: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0)) -> Floa
 def from_euler(
     angles: ArrayLike, order: str = "xyz", position: ArrayLike = (0.0, 0.0, 0.0)
 ) -> FloatArray:
-    """Return the pose of rotations about fixed axes, the first letter of `order` first.
+    """Return the pose (4, 4) of rotations by `angles`, rad, about fixed axes, in the given `order`.
 
     Capitals rotate about the current axes of the frame (intrinsic), as in scipy's Rotation.
 

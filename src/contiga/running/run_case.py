@@ -51,6 +51,7 @@ def run(
     ------
     InputError, MissingPackageError
         The case, a file or the folder is wrong, or a package is missing; nothing has been written.
+        With `strict` also findings after the run, whose results are then written.
     RunError
         The run could not be carried through.
 
