@@ -45,8 +45,8 @@ def _stiffness_matrix(
 ) -> FloatArray:
     """Return the stiffness (6, 6) for small displacements and rotations, of springs at points.
 
-    `axial` (n,) acts along the `normals` (n, 3), `lateral` (n,) across them; `arms` are the points
-    from the reference point.
+    `axial` (n,) acts along the `normals` (n, 3), `lateral` (n,) across them; `arms` (n, 3) are
+    the points relative to the reference point.
     """
     total = _stiffness_along(arms, normals, axial - lateral)
     if lateral.any():

@@ -30,7 +30,7 @@ def run(
     keep: int | None = None,
     quiet: bool = True,
 ) -> Result:
-    """Run a case and write its output folder, the report included.
+    """Run a case, write its output folder, the report included, and return the result.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ def energy_text(balance: dict[str, float], time: float, cause: str) -> str:
 
 
 def _likely_cause(model: Model, history: dict[str, FloatArray], at: int) -> str:
-    """Return the contact that is the likely cause, with the reason; empty without one.
+    """Return a text on the contact that is the likely cause, with the reason; empty without one.
 
     It is the first that weighs forces by measured areas, else the first with points that tunnelled,
     were lost or were found again within a step of the row `at`, else the one that works most there.

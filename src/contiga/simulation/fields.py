@@ -97,8 +97,8 @@ class Fields:
         """Write one step.
 
         At a node of several contacts forces add up; the other fields are those of the last contact
-        in the model that it touches. Points of bodies, and inactive nodes off contact, have the
-        status −1.
+        in the model that it touches. Off contact they are 0, the gap NaN and the cluster −1. Points
+        of bodies, and inactive nodes off contact, have the status −1.
         """
         bodies = []
         for name, mesh in self._meshes.items():

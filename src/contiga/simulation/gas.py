@@ -44,7 +44,7 @@ class ChamberState(NamedTuple):
 
 
 class Closed(NamedTuple):
-    """The volume that facets enclose, and its derivatives by the nodes."""
+    """The volume that facets enclose, and its derivatives with respect to the nodes."""
 
     volume: float
     gradient: FloatArray

@@ -103,7 +103,7 @@ def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) ->
 def _load_about_centre(
     model: Model, load: Load, i: int, pose: FloatArray, rows: FloatArray, time: float
 ) -> FloatArray:
-    """Return force and moment (6,) about the centre of mass of a free body."""
+    """Return force and moment (6,) of a load about the centre of mass of the free body `i`."""
     force, moment = load_on_body(load, pose, model.origins[i], time)
     k = model.mechanism.row[i]
     arm = load_point(model, load, i, pose, rows) - rows[k, CENTRE : CENTRE + 3]

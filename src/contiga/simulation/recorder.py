@@ -238,7 +238,7 @@ class Recorder:
             self._progress(n_done, self._planned, state.n_contact)
 
     def crest(self) -> tuple[Finding, ...]:
-        """Findings about the model from the step with the greatest force."""
+        """Return findings about the model from the step with the greatest force."""
         crest = self._record.crest
         return self._old_findings if crest is None else check_crest(self.model, crest)
 

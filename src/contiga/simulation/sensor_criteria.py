@@ -174,7 +174,7 @@ class Signal(NamedTuple):
 
     @property
     def newton(self) -> float:
-        """The force unit of the case, N."""
+        """The force unit of the case, in N."""
         return self.kilogram * self.metre / self.second**2
 
     @property

@@ -175,7 +175,7 @@ class Simulation(Model):
         )
 
     def fingerprint(self) -> str:
-        """Digest of all that decides the results: see `contiga.simulation.fingerprint`."""
+        """Return the digest of all that decides the results: see `simulation.fingerprint`."""
         return fingerprint_of(self)
 
     def check(self) -> tuple[Finding, ...]:
@@ -290,7 +290,7 @@ class Simulation(Model):
         on_slow: Callable[[str], Any] | None = None,
         clock: Clock | None = None,
     ) -> Result:
-        """Run to the end.
+        """Run to the end, and return history, states and summary.
 
         Parameters
         ----------

@@ -144,7 +144,7 @@ def advance(
     clock: Clock,
     fired: Mapping[str, float] | None = None,
 ) -> StepResult:
-    """Advance the simulation from the state `last` to `time`; None at the start.
+    """Return the step from the state `last`, which is None at the start, to `time`.
 
     `fired` are the times at which triggers fire, by sensor; those of `last` if omitted. If another
     trigger fires within the step, the step is repeated with it, so that its devices act in the same
@@ -285,7 +285,7 @@ def acting_forces(
 
 
 def place(model: Model, last: SystemState | None, time: float) -> Placement:
-    """Place bodies and slaves at `time`, after the state `last`; None at the start.
+    """Return bodies and slaves placed at `time` after the state `last`, which is None at the start.
 
     Velocities of free parts are predicted with the forces of `last` and the loads at `time`.
 

@@ -674,7 +674,7 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
 
 
 def _change_of_nodes(model: Model, name: str, last: SystemState, state: SystemState) -> FloatArray:
-    """Return the change (n, 3) of the forces on the nodes of a slave."""
+    """Return the forces (n, 3) on the nodes of a slave in `last`, less those in `state`."""
     return nodal_force(model, name, last.acting) - nodal_force(model, name, state.acting)
 
 

@@ -232,7 +232,7 @@ class Pair:
 
     @cached_property
     def relative(self) -> FloatArray | None:
-        """Poses (k, 4, 4) of the slave in the master's axes at `times`; None where it deforms."""
+        """Poses (k, 4, 4) of the slave in the master's axes at `times`; None if it is not rigid."""
         poses = [self.relative_at(float(time)) for time in self.times]
         if poses[0] is None:
             return None
@@ -240,7 +240,10 @@ class Pair:
 
     @cached_property
     def shown_times(self) -> FloatArray:
-        """Times (k,) of the search: STANDINGS planned ones, and rows of the motions' tables."""
+        """Times (k,) of the search: up to `STANDINGS` planned ones, and as many rows of tables.
+
+        Where the slave does not move rigidly they are up to `_STANDINGS_FROM_FILES` planned ones.
+        """
         is_read = self.relative_at(float(self.model.stepping.start)) is None
         times = spread(
             self.model.stepping.planned(), _STANDINGS_FROM_FILES if is_read else STANDINGS

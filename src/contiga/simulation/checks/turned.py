@@ -77,7 +77,8 @@ def comes_from_behind(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
 def met_from_behind(pair: Pair, last: SystemState, *, met: bool) -> Iterator[Finding]:
     """Report slaves behind an open face at the start that met or passed it in the run.
 
-    If the face has turned round in the run, they may have met correctly.
+    Nothing is reported if the face has turned by more than a right angle in the run: they may have
+    met correctly.
     """
     if pair.foretold or pair.body.closed or not starts_behind(pair):
         return
