@@ -89,7 +89,7 @@ class _EdgeCuts(NamedTuple):
 
 
 def pull_tight(obstacles: Obstacles, points: FloatArray) -> Tight:
-    """Relax a polyline (n + 1, 3) of even spacing to a taut string with the same ends.
+    """Return a polyline (n + 1, 3) of even spacing relaxed to a taut string with the same ends.
 
     It is first relaxed onto the surfaces. If a chord then cuts off an edge, edges are rounded by
     radii that shrink from level to level; there points on straight parts are removed and chords
@@ -183,7 +183,7 @@ def _relaxed(
     intervals: FloatArray,
     steps: int = MAX_STEPS,
 ) -> tuple[FloatArray, bool]:
-    """Relax the string to a distance `radius` from the bodies; also return whether it is at rest.
+    """Return the string relaxed to a distance `radius` from bodies, and whether it is at rest.
 
     It takes at most `steps` Newton steps, and is at rest if no point would move by more than
     `EDGE_REST_TOL` of the radius (`REST_TOL` of the length without one). Interior points slide

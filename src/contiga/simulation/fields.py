@@ -94,7 +94,7 @@ class Fields:
         return (_BYTES_PER_POINT + 8 * columns) * len(self._part) + 8 * columns * of_cells
 
     def append(self, state: SystemState) -> None:
-        """Write one step.
+        """Write the points and fields of one step, and its outlines if the run has them.
 
         At a node of several contacts forces add up; the other fields are those of the last contact
         in the model that it touches. Off contact they are 0, the gap NaN and the cluster −1. Points

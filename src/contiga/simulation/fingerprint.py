@@ -101,12 +101,12 @@ class _Digest(Things):
     """A digest of a model; items enter with type and shape, so that none can pass for another."""
 
     def slave(self, slave: Slave) -> None:
-        """Add all that a contact uses of a slave."""
+        """Add points, connectivity, active points and nodal values of a slave to the digest."""
         nodal = slave.area, slave.thickness, slave.mass
         self.arrays("slave", slave.points, slave.facets, slave.quads, slave.active, *nodal)
 
     def contact(self, contact: Contact) -> None:
-        """Add the options, the law and the area method of a contact."""
+        """Add options, law, friction and area method of a contact to the digest."""
         options = contact.search, contact.contact_type, contact.on_edge, contact.through
         self.text(
             repr((*options, contact.foot, contact.depth, contact.weights, contact.quadrature))

@@ -120,29 +120,29 @@ class Mechanism:
 
     @cached_property
     def carrier_of_slave(self) -> Mapping[str, int]:
-        """Bodies by number that carry attached slaves, by the slaves' names."""
+        """Number of the body that carries all of a slave, by the name of the slave."""
         return {k: mover.host for k, mover in self.nodes.items() if mover.host is not None}
 
     @cached_property
     def carried_slaves(self) -> tuple[str, ...]:
-        """Slaves with nodes that bodies carry, all or some."""
+        """Names of slaves of which bodies carry nodes, all or some."""
         return tuple(k for k, mover in self.nodes.items() if mover.host is not None or mover.joints)
 
     @cached_property
     def masses(self) -> Mapping[str, FloatArray]:
-        """Nodal masses (n,) of slaves whose nodes forces move."""
+        """Nodal masses (n,) of slaves whose nodes are moved by forces, by name."""
         return {k: mover.mass for k, mover in self.nodes.items() if mover.mass is not None}
 
     @cached_property
     def loose(self) -> Mapping[str, FloatArray]:
-        """Nodal masses (n,) of slaves of free nodes without elements."""
+        """Nodal masses (n,) of slaves of free nodes without elements, by name."""
         return {
             name: mass for name, mass in self.masses.items() if not self.nodes[name].has_elements
         }
 
     @cached_property
     def element_movers(self) -> Mapping[str, NodeMover]:
-        """Movers of the nodes of slaves that are made of elements."""
+        """Movers of the nodes of slaves that are made of elements, by name of the slave."""
         return {name: mover for name, mover in self.nodes.items() if mover.has_elements}
 
     @cached_property

@@ -236,12 +236,15 @@ class Simulation(Model):
         Parameters
         ----------
         state : state before the step
-        dt : length of the step, > 0; to the next time of the simulation if omitted
+        dt : length of the step, > 0, which is taken as it is, stable or not, and also past the end;
+            the next step of the simulation if omitted
 
         Raises
         ------
         InputError
             `state` is of another simulation, this one is at its end, or `dt` is not positive.
+        RunError
+            The step cannot be computed; without `dt`, also an unstable step.
         """
         names = self.mechanism.sides.keys()
         if not isinstance(state, SystemState) or state.contacts.keys() != names:

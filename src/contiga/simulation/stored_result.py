@@ -53,13 +53,13 @@ class StoredResult(HistoryOverTime):
 
     @property
     def sensors(self) -> dict[str, dict[str, FloatArray]]:
-        """Columns (n,) of each sensor, by its name and theirs."""
+        """Columns (n,) of each sensor: by the name of the sensor, then of the column."""
         names = self.summary.get("sensors") or {}
         return {name: self._columns_of(name) for name in names}
 
     @property
     def springs(self) -> dict[str, dict[str, FloatArray]]:
-        """Columns (n,) of each spring, by its name and theirs."""
+        """Columns (n,) of each spring: by the name of the spring, then of the column."""
         return {name: self._columns_of(name) for name in self.summary.get("springs") or {}}
 
     def _columns_of(self, owner: str) -> dict[str, FloatArray]:
