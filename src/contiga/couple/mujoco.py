@@ -328,7 +328,7 @@ class MujocoCoupling(Displayed):
             raise InputError("nothing was started", where="coupling", remedy="Call start() first")
 
     def _pair(self, part: ContactPart) -> tuple[int, int]:
-        """Return the bodies of the master and of the slave."""
+        """Return the numbers of the bodies that carry master and slave."""
         return self._masters[part.master].body, self._slaves[part.slave].body
 
     def _reference(self, part: ContactPart, state: State) -> FloatArray:

@@ -26,17 +26,20 @@ RIGID = 1e-9
 
 
 def identity() -> FloatArray:
-    """Return the identity pose."""
+    """Return the identity pose (4, 4)."""
     return np.eye(4)
 
 
 def translation(d: ArrayLike) -> FloatArray:
-    """Return the pose of a translation by `d` (3,)."""
+    """Return the pose (4, 4) of a translation by `d` (3,)."""
     return transform.translation(d)
 
 
 def rotation(axis: Axis, angle: float, centre: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Return the pose of a rotation by `angle` about `axis`, "x", "y", "z" or a vector."""
+    """Return the pose (4, 4) of a rotation by `angle`, rad, about `axis` through `centre`.
+
+    The axis is "x", "y", "z" or a vector.
+    """
     return transform.rotation(axis, angle, centre)
 
 

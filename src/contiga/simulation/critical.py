@@ -373,9 +373,9 @@ def check_stable(model: Model, state: SystemState) -> None:
     Raises
     ------
     RunError
-        The energy balance has gained more than `MAX_GAIN` of the energy supplied, and the fastest
-        node of a slave of elements goes farther in a step than `MIN_TRAVEL` of its size. The
-        message names the slave, the time, that node with its position, and a remedy.
+        The energy balance has gained more than `MAX_GAIN` of initial energy and work, and the fastest
+        node of a slave of elements goes farther in a step than `MIN_TRAVEL` of the size of the
+        slave. The message names the slave, the time, that node with its position, and a remedy.
     """
     energy = state.energy
     gain, supplied = -energy.error, max(energy.initial + energy.external, 0.0)
@@ -404,7 +404,8 @@ def check_stable(model: Model, state: SystemState) -> None:
 def remedy(model: Model, state: SystemState, slave: str) -> str:
     """Return advice on an unstable slave, by the first likely cause.
 
-    These are a step above the critical one, then points in contact deeper than its facets are wide.
+    These are a step above the critical one, then points in contact deeper than its facets are wide;
+    the advice is general if there is neither.
     """
     critical = limit_of(model, state).critical
     if state.step > critical:

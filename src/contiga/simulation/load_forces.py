@@ -142,6 +142,7 @@ def unrealised_load_work(
 
     The kinetic energy changes by the mean force times the mean velocity. A force that sets in
     within the step does hardly any work along the path yet: it does so later, until it ends.
+    Moments do not count.
     """
     system, work = model.mechanism, 0.0
     for load in system.loads:

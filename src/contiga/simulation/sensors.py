@@ -128,7 +128,10 @@ def vector_columns(name: str, values: FloatArray) -> dict[str, float]:
 
 
 def first_place(model: Model, i: int, at: FloatArray | None) -> FloatArray:
-    """Return the point of a sensor at the start: `at`, else the centre of mass or the origin."""
+    """Return the point (3,) of a sensor at the start: `at`, or its default if that is None.
+
+    This is the centre of mass of a free body, and the origin of the frame of any other.
+    """
     if at is not None:
         return at
     row = model.mechanism.row.get(i)

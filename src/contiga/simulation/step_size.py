@@ -365,7 +365,7 @@ def _shortest_step(model: Model, stepping: AutoSteps, most: float, critical: flo
 
 
 def _highest_frequency(rates: Rates) -> float:
-    """Return the highest ω of any vibration, 1/time."""
+    """Return the highest ω of any vibration, 1/time; a decay counts by `DECAY_WEIGHT`."""
     return max(math.sqrt(rates.square), DECAY_WEIGHT * rates.decay)
 
 
@@ -817,7 +817,7 @@ def _max_speed(model: Model, part: ContactPart, at: SystemState) -> float:
 
 
 def _relative_paths(part: ContactPart, before: State, now: State, rows: IndexArray) -> FloatArray:
-    """Return displacements (k, 3) of points in contact relative to the surface, body axes."""
+    """Return displacements (k, 3) of points `rows` in a step relative to the surface, body axes."""
     points = now.points_B[rows]
     paths = points - before.points_B[rows]
     if len(now.control_points):

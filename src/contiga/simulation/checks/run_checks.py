@@ -69,7 +69,8 @@ def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Findin
 def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
     """Return findings about contacts in the state at the greatest force.
 
-    A contact of fewer than `_MIN_FACETS_ACROSS` facets across is too coarse; see also `two_layers`.
+    A contact at nodes of fewer than `_MIN_FACETS_ACROSS` facets across is too coarse; see also
+    `two_layers`.
     """
     scene = Scene(model)
     findings: list[Finding] = []
