@@ -373,9 +373,9 @@ def check_stable(model: Model, state: SystemState) -> None:
     Raises
     ------
     RunError
-        The energy balance has gained more than `MAX_GAIN` of initial energy and work, and the fastest
-        node of a slave of elements goes farther in a step than `MIN_TRAVEL` of the size of the
-        slave. The message names the slave, the time, that node with its position, and a remedy.
+        The energy balance has gained more than `MAX_GAIN` of initial energy and work, and the
+        fastest node of a slave of elements goes farther in a step than `MIN_TRAVEL` of the size of
+        the slave. The message names the slave, the time, that node with its position, and a remedy.
     """
     energy = state.energy
     gain, supplied = -energy.error, max(energy.initial + energy.external, 0.0)
