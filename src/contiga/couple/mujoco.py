@@ -251,7 +251,7 @@ class MujocoCoupling(Displayed):
         InputError
             The end has passed, or is no number.
         RunError
-            As in `step`; the folder is then left empty.
+            As in `step`; nothing of the run is then left in the folder.
         OutputError
             The folder has other files, or cannot be written.
 

@@ -40,7 +40,7 @@ class Fields:
 
     Parameters
     ----------
-    model : what is run
+    model : the model that is run
     path, outlines : the two files
     written : number of steps in existing files, which are kept; None starts new files
     """

@@ -145,7 +145,7 @@ class GasSystem:
 
     @cached_property
     def physics(self) -> Chambers:
-        """The gas model: what flows between the chambers."""
+        """The gas model: states of the gas, and the flow between the chambers."""
         return Chambers(list(self.chambers.values()))
 
     @cached_property

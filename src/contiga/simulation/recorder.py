@@ -79,7 +79,7 @@ class Recorder:
 
     Parameters
     ----------
-    model : what is run
+    model : the model that is run
     clock : times the output
     progress : called with steps done, steps in all, points in contact
     """
@@ -184,8 +184,9 @@ class Recorder:
         """Record one step: a row of the history, and its fields if they are due or it is the last.
 
         Before its fields, those of the greatest force so far are written, if they were not yet. Of
-        a last step that is not due, the record keeps what a run beyond that end would have. A
-        checkpoint follows if the last is `CHECKPOINT_SECONDS` old; then `progress` is called.
+        a last step that is not due, the record keeps the values that a run beyond that end would
+        have. A checkpoint follows if the last is `CHECKPOINT_SECONDS` old; then `progress` is
+        called.
         """
         state = stepped.state
         done, n_written = self._record.done, self._record.written

@@ -350,7 +350,7 @@ def kicked_bodies(system: Mechanism, placement: Placement) -> BodyStates:
 def wrenches(model: Model, acting: Acting, placement: Placement) -> FloatArray:
     """Return force and moment (n, 6) on each body about the origin of its frame, world axes.
 
-    A body carries what acts on the bodies attached to it, whose own rows are zero. Slaves must be
+    A body has the forces on the bodies attached to it, whose own rows are zero. Slaves must be
     at the end of the step, elements with their forces there. Reactions of joints are left out:
     `react_joints` adds them.
     """

@@ -685,9 +685,10 @@ def _sharing(before: State, now: State) -> IndexArray:
 
 
 def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
-    """Return the errors of shared forces after a step; `last` holds those before it.
+    """Return errors of depths and their rates, lateness and parting of points that share a force.
 
-    Only contacts whose law acts as one count; the bounds are those at the head of the module.
+    Errors are those after the step; `last` has those before it. Only contacts whose law acts as one
+    count; the bounds are those at the head of the module.
     """
     system, step = model.mechanism, state.step
     place = last.place_error + step * last.speed_error
