@@ -50,8 +50,8 @@ def run(
     Raises
     ------
     InputError, MissingPackageError
-        The case, a file or the folder is wrong, or a package is missing; nothing has been written.
-        With `strict` also findings after the run, whose results are then written.
+        The case, a file or the folder is wrong, or a package is missing; nothing has been written,
+        except before a full disk stops the run, or before findings about a run that is `strict`.
     RunError
         The run could not be carried through.
 

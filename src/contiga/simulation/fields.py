@@ -97,8 +97,9 @@ class Fields:
         """Write the points and fields of one step, and its outlines if the run has them.
 
         At a node of several contacts forces add up; the other fields are those of the last contact
-        in the model that it touches. Off contact they are 0, the gap NaN and the cluster −1. Points
-        of bodies, and inactive nodes off contact, have the status −1.
+        in the model that it touches. Off contact penetration, normal, area and pressure are 0, the
+        gap is NaN and the cluster −1. Points of bodies, and inactive nodes off contact, have the
+        status −1.
         """
         bodies = []
         for name, mesh in self._meshes.items():
