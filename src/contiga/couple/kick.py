@@ -53,7 +53,7 @@ class Kick(NamedTuple):
 
 
 def kick(model: Any, data: Any, pushes: Iterable[Push], gravity: FloatArray) -> Kick:
-    """Call `mj_step2` with the forces of contacts, which moves `data` to the next time.
+    """Call `mj_step2` with the forces of contacts, which moves `data` to the next time, in place.
 
     Returned are values at the time before the move: speeds and powers at the mean of the velocities
     before and after the kick. ``data.qfrc_applied`` is as before afterwards. `gravity` (3,) is that
@@ -136,7 +136,7 @@ class Account(NamedTuple):
     """Kinetic and stored energy at the start."""
 
     def after(self, time: float, kick: Kick) -> Account:
-        """Return the account at a later time, with powers by the trapezoidal rule."""
+        """Return the account at a later time; powers are integrated by the trapezoidal rule."""
         half, before = 0.5 * (time - self.time), self.kick
         fall, gravity = kick.mass_moment - before.mass_moment, 0.5 * (before.gravity + kick.gravity)
         return self._replace(

@@ -251,7 +251,7 @@ class MujocoCoupling(Displayed):
         InputError
             The end has passed, or is no number.
         RunError
-            As in `step`; the folder is then left empty.
+            As in `step`; nothing of the run is then left in the folder.
         OutputError
             The folder has other files, or cannot be written.
 
@@ -305,7 +305,10 @@ class MujocoCoupling(Displayed):
         return self._result()
 
     def _result(self, *, write: bool = False) -> MujocoResult:
-        """Return the result so far; with `write`, the fields of its last row are written."""
+        """Return the result so far; with `write`, the fields of its last row are written.
+
+        The last row is that of the present time, which the rows of the coupling do not have yet.
+        """
         import mujoco
 
         self._check_started()
@@ -325,7 +328,7 @@ class MujocoCoupling(Displayed):
             raise InputError("nothing was started", where="coupling", remedy="Call start() first")
 
     def _pair(self, part: ContactPart) -> tuple[int, int]:
-        """Return the bodies of the master and of the slave."""
+        """Return the numbers of the bodies that carry master and slave."""
         return self._masters[part.master].body, self._slaves[part.slave].body
 
     def _reference(self, part: ContactPart, state: State) -> FloatArray:
@@ -333,9 +336,10 @@ class MujocoCoupling(Displayed):
         return product(state.pose[:3, :3], part.contact.master.reference_point) + state.pose[:3, 3]
 
     def _step_contacts(self, last_kick: Kick | None) -> None:
-        """Step all contacts to the data, with velocities half a step after the last kick.
+        """Step all contacts to the positions in `data`; velocities are half a step after the kick.
 
-        They are started anew if that is None. The states before are kept for the history.
+        If `last_kick` is None they are started anew. The states before are kept for the history, in
+        `_last_contacts`; time and gravity are set to those of `data` and the model.
         """
         self._gravity = gravity_of(self.model)
         speed = self.data.qvel.copy()

@@ -70,7 +70,8 @@ def _touching(model: Any, pair: Pair) -> bool:
 def _are_kin(model: Any, pair: Pair) -> bool:
     """Return whether two bodies are welded, or parent and child, which never touch in MuJoCo.
 
-    Children of the world may touch it, and all may with the flag `filterparent` disabled.
+    Children of the world may touch it, and any parent its children with the flag `filterparent`
+    disabled. Explicit pairs of geoms touch all the same.
     """
     import mujoco
 

@@ -45,8 +45,8 @@ def _stiffness_matrix(
 ) -> FloatArray:
     """Return the stiffness (6, 6) for small displacements and rotations, of springs at points.
 
-    `axial` (n,) acts along the `normals` (n, 3), `lateral` (n,) across them; `arms` are the points
-    from the reference point.
+    `axial` (n,) acts along the `normals` (n, 3), `lateral` (n,) across them; `arms` (n, 3) are
+    the points relative to the reference point.
     """
     total = _stiffness_along(arms, normals, axial - lateral)
     if lateral.any():
@@ -61,7 +61,7 @@ def _stiffness_along(arms: FloatArray, directions: FloatArray, stiffness: FloatA
 
 
 def _mobility(model: Any, data: Any, point: FloatArray, bodies: tuple[int, int]) -> FloatArray:
-    """Return the relative acceleration (6, 6) of two bodies by a wrench between them."""
+    """Return the relative acceleration (6, 6) of two bodies at `point` by unit wrenches on both."""
     import mujoco
 
     relative = np.zeros((6, model.nv))

@@ -120,7 +120,8 @@ def of_volume(
     """Return mass, centre and inertia of a solid from its moments (10,) about `origin`.
 
     The order is that of `geometry.trim_area.body_moments`: volume, ∫ x, y, z dV, then ∫ of xx, yy,
-    zz, xy, yz, xz. The inertia is about the centre of mass, which is in the axes of `origin`.
+    zz, xy, yz, xz. The centre of mass is a position in the same axes as `origin`; the inertia is
+    about it.
 
     Raises
     ------

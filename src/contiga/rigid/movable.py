@@ -20,7 +20,7 @@ class Movable:
         raise NotImplementedError
 
     def transformed(self, matrix: transform.PoseLike) -> Self:
-        """Return it moved by a regular affine (4, 4) matrix, a scipy `Rotation` or a pair (R, t).
+        """Return a copy moved by a regular affine (4, 4) matrix, scipy `Rotation` or pair (R, t).
 
         The image of a point on the free side is on the free side of the image. A reflecting matrix
         alone would swap the sides, so that sides are flipped as well: u of patches, and the order
@@ -36,7 +36,7 @@ class Movable:
         return self._moved(transform.affine(matrix))
 
     def translated(self, d: ArrayLike) -> Self:
-        """Return it moved by the vector `d` (3,), length.
+        """Return a copy moved by the vector `d` (3,), length.
 
         Raises
         ------
@@ -48,7 +48,9 @@ class Movable:
     def rotated(
         self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
     ) -> Self:
-        """Return it turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector).
+        """Return a copy turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector).
+
+        The axis passes through `origin`.
 
         Raises
         ------
@@ -58,7 +60,7 @@ class Movable:
         return self._moved(transform.rotation(axis, angle, origin))
 
     def scaled(self, s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
-        """Return it scaled by `s` > 0 about `origin` (3,), one number or one for each axis.
+        """Return a copy scaled by `s` > 0 about `origin` (3,), one number or one for each axis.
 
         Raises
         ------

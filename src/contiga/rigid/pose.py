@@ -26,22 +26,25 @@ RIGID = 1e-9
 
 
 def identity() -> FloatArray:
-    """Return the identity pose."""
+    """Return the identity pose (4, 4)."""
     return np.eye(4)
 
 
 def translation(d: ArrayLike) -> FloatArray:
-    """Return the pose of a translation by `d` (3,)."""
+    """Return the pose (4, 4) of a translation by `d` (3,)."""
     return transform.translation(d)
 
 
 def rotation(axis: Axis, angle: float, centre: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Return the pose of a rotation by `angle` about `axis`, "x", "y", "z" or a vector."""
+    """Return the pose (4, 4) of a rotation by `angle`, rad, about `axis` through `centre`.
+
+    The axis is "x", "y", "z" or a vector.
+    """
     return transform.rotation(axis, angle, centre)
 
 
 def from_quaternion(q: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Return the pose of the rotation `q` (w, x, y, z), of any length but zero, at `position`.
+    """Return the pose (4, 4) of the rotation `q` (w, x, y, z), of any length > 0, at `position`.
 
     Raises `InputError` for a `q` that is not four finite numbers, or all zero.
     """
@@ -53,7 +56,7 @@ def from_quaternion(q: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0)) -> Floa
 def from_euler(
     angles: ArrayLike, order: str = "xyz", position: ArrayLike = (0.0, 0.0, 0.0)
 ) -> FloatArray:
-    """Return the pose of rotations about fixed axes, the first letter of `order` first.
+    """Return the pose (4, 4) of rotations by `angles`, rad, about fixed axes, in the given `order`.
 
     Capitals rotate about the current axes of the frame (intrinsic), as in scipy's Rotation.
 

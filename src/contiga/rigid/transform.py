@@ -103,14 +103,14 @@ def unit_axis(axis: Axis, where: str = "axis") -> FloatArray:
 
 
 def translation(d: ArrayLike) -> FloatArray:
-    """Return the matrix of a translation by `d`."""
+    """Return the matrix (4, 4) of a translation by `d` (3,)."""
     matrix = np.eye(4)
     matrix[:3, 3] = vector(d, "translation")
     return matrix
 
 
 def rotation(axis: Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Return the matrix of a rotation by `angle` (radians, right-handed) about `axis`.
+    """Return the matrix (4, 4) of a rotation by `angle` (radians, right-handed) about `axis`.
 
     The axis passes through `origin` (Rodrigues' formula). Quarter turns are exact: sine and cosine
     are 0 or ±1. Raises `GeometryError` for an angle that is not finite, and no axis.
@@ -127,7 +127,7 @@ def rotation(axis: Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> F
 
 
 def cos_sin(angle: float) -> tuple[float, float]:
-    """Return cosine and sine, exact within 4e-16, relative, of multiples of a quarter turn."""
+    """Return cosine and sine; 0 and ±1 for an angle within 4e-16, relative, of quarter turns."""
     quarters = angle / (0.5 * math.pi)
     nearest = round(quarters)
     if abs(quarters - nearest) <= 4e-16 * max(1.0, abs(quarters)):
@@ -136,7 +136,7 @@ def cos_sin(angle: float) -> tuple[float, float]:
 
 
 def scaling(s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
-    """Return the matrix of a scaling about `origin` by `s`, one number or one for each axis.
+    """Return the matrix (4, 4) of a scaling about `origin` by `s`, one number or one for each axis.
 
     Raises `GeometryError` for factors that are not positive and finite.
     """
@@ -157,7 +157,7 @@ def scaling(s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatA
 
 
 def frame(axis: Axis, centre: ArrayLike) -> FloatArray:
-    """Return the pose whose z axis is `axis` and whose origin is `centre`.
+    """Return the pose (4, 4) whose z axis is `axis` and whose origin is `centre`.
 
     Poses along the coordinate axes are cyclic permutations, and so exact. Other axes are reached by
     the smallest rotation from z, the opposite of z by a half turn about x.

@@ -34,7 +34,7 @@ class Obstacles:
         """Diagonal of the box that holds all of them, length."""
 
     def feet(self, points: FloatArray) -> list[Projection]:
-        """Closest points of each master to `points` (n, 3): one `Projection` for each master."""
+        """Return the closest points to `points` (n, 3) on the masters, a `Projection` for each."""
         rows = np.arange(len(points), dtype=np.int32)
         feet = [empty_projection(len(points)) for _ in self.bodies]
         for body, out in zip(self.bodies, feet, strict=True):
@@ -51,7 +51,7 @@ class Obstacles:
         return 0.5 * (out.normal + out.normal.transpose(0, 2, 1))
 
     def clearances(self, points: FloatArray) -> Clearances:
-        """Return the distance of each of `points` (n, 3) from the master with the least gap."""
+        """Return the least gap of each of `points` (n, 3), its gradient, and the nearest master."""
         feet = self.feet(points)
         gap = np.array([foot.gap for foot in feet])
         normal = np.array([foot.normal for foot in feet])
@@ -78,7 +78,7 @@ class Obstacles:
         return reach
 
     def blocks(self, starts: FloatArray, ends: FloatArray, skin: float) -> NDArray[np.bool_]:
-        """Return which segments (n,) first hit a master farther than `skin` from both ends.
+        """Return a mask (n,) of segments that first hit a master more than `skin` from both ends.
 
         The starts are outside or on the surface. Hits of a master after its first do not count.
         """

@@ -110,7 +110,7 @@ class Path(Displayed):
 
     @property
     def wrap_angle(self) -> float:
-        """Radians that the path turns by in all."""
+        """Angle, rad, by which the path turns in all."""
         return float(self.turns.sum())
 
     def at(self, arc: ArrayLike) -> FloatArray:
@@ -138,7 +138,7 @@ class Path(Displayed):
         return moved
 
     def _at_arc(self, values: FloatArray, arc: ArrayLike) -> FloatArray:
-        """Interpolate `values` (n, 3) of the points at arc lengths (k,)."""
+        """Return `values` (n, 3) of the points interpolated at arc lengths (k,), as (k, 3)."""
         return np.stack([np.interp(np.asarray(arc), self.arc, x) for x in values.T], axis=1)
 
     def _facts(self) -> Facts:

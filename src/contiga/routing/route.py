@@ -30,14 +30,14 @@ def route(
     *,
     points: int = DEFAULT_CHORDS,
 ) -> Path:
-    """Shortest path outside `body` from `start` to `end`: a taut string without friction.
+    """Return the locally shortest path outside `body` from `start` to `end`: a taut string.
 
-    The result is a local minimum of the length. The first polyline consists of straight lines from
-    `start` by way of `via` to `end`; where a line is blocked, it takes the shortest path over a
-    grid outside the bodies. The string is then released at `via` and pulled tight. So `via`
-    chooses on which side of a body it runs, and how often around it; the string passes through
-    none of these points unless the path does so by itself. Where nothing holds it on that side, as
-    on the upper half of a ball with both ends below, it slides off.
+    The string has no friction, and its length is a local minimum. The first polyline consists of
+    straight lines from `start` by way of `via` to `end`; where a line is blocked, it takes the
+    shortest path over a grid outside the bodies. The string is then released at `via` and pulled
+    tight. So `via` chooses on which side of a body it runs, and how often around it; the string
+    passes through none of these points unless the path does so by itself. Where nothing holds it on
+    that side, as on the upper half of a ball with both ends below, it slides off.
 
     Parameters
     ----------

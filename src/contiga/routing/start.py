@@ -33,7 +33,7 @@ def first_polyline(obstacles: Obstacles, start: FloatArray, end: FloatArray) -> 
     """Return (k, 3) corners of a polyline from `start` to `end` (3,) that goes round the obstacles.
 
     It is the segment between the two if that enters nothing and its quarter points are outside,
-    otherwise the shortest path over the nodes of a grid of `N_CELLS` cells.
+    otherwise the shortest path over the nodes of a grid, `N_CELLS` cells along its longest side.
 
     Raises
     ------

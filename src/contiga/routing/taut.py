@@ -89,12 +89,14 @@ class _EdgeCuts(NamedTuple):
 
 
 def pull_tight(obstacles: Obstacles, points: FloatArray) -> Tight:
-    """Relax a polyline (n + 1, 3) of even spacing to a taut string with the same ends.
+    """Return a polyline (n + 1, 3) of even spacing relaxed to a taut string with the same ends.
 
     It is first relaxed onto the surfaces. If a chord then cuts off an edge, edges are rounded by
     radii that shrink from level to level; there points on straight parts are removed and chords
     that cut are divided, into at most `MAX_PIECES` parts that turn by about `MAX_TURN` each. At the
     last radius a string also counts as at rest if its length changes by less than `LENGTH_TOL`.
+    The result is at rest only if the chords that still cut save less than that, too; its rounding
+    is 0 if no edge was cut.
     """
     length = _length(points)
     spacing = length / (len(points) - 1)
@@ -141,9 +143,10 @@ def _chords(points: FloatArray) -> FloatArray:
 
 
 def _edge_cuts(obstacles: Obstacles, points: FloatArray, radius: float) -> _EdgeCuts:
-    """Find chords whose middles are nearer than `radius` by more than `MAX_TURN` / 8 of the chord.
+    """Return chords with middles nearer than `radius` to a body, and the length that they save.
 
-    That is the sagitta of an arc on the chord that turns by `MAX_TURN`.
+    Nearer is by more than `MAX_TURN` / 8 of the chord: the sagitta of an arc on the chord that
+    turns by `MAX_TURN`. A chord at an end of the string is measured from the surface instead.
     """
     chords = _chords(points)
     middles = 0.5 * (points[1:] + points[:-1])
@@ -156,9 +159,9 @@ def _edge_cuts(obstacles: Obstacles, points: FloatArray, radius: float) -> _Edge
 
 
 def _without_straight_points(points: FloatArray, spacing: float) -> FloatArray:
-    """Remove points between two chords that turn by less than 0.1 `MAX_TURN`.
+    """Return the points but for those between two chords that turn by less than 0.1 `MAX_TURN`.
 
-    The two are together no longer than `spacing`. The ends stay.
+    The two chords are together no longer than `spacing`. The ends stay.
     """
     is_needed = np.ones(len(points), dtype=bool)
     last = 0
@@ -180,7 +183,7 @@ def _relaxed(
     intervals: FloatArray,
     steps: int = MAX_STEPS,
 ) -> tuple[FloatArray, bool]:
-    """Relax the string to a distance `radius` from the bodies; also return whether it is at rest.
+    """Return the string relaxed to a distance `radius` from bodies, and whether it is at rest.
 
     It takes at most `steps` Newton steps, and is at rest if no point would move by more than
     `EDGE_REST_TOL` of the radius (`REST_TOL` of the length without one). Interior points slide
@@ -267,7 +270,7 @@ def _solve_block_tridiagonal(
 ) -> FloatArray | None:
     """Solve the system with blocks (n, 3, 3) on the diagonal and −k I next to it, by Cholesky.
 
-    Returns None if the matrix is not positive definite.
+    Returns the solution (n, 3) for `right` (n, 3); None if the matrix is not positive definite.
     """
     bands = np.zeros((4, len(blocks), 3))
     bands[0, 1:] = -k[:, None]

@@ -74,7 +74,7 @@ class _Line:
 
 
 def _bar(title: str) -> Iterator[Show]:
-    """Show a progress bar of rich."""
+    """Provide a function that shows a progress bar of rich from its first call on."""
     require("a progress bar", "rich")
     from rich.console import Console, RenderableType
     from rich.progress import (

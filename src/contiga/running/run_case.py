@@ -30,7 +30,7 @@ def run(
     keep: int | None = None,
     quiet: bool = True,
 ) -> Result:
-    """Run a case and write its output folder, the report included.
+    """Run a case, write its output folder, the report included, and return the result.
 
     Parameters
     ----------
@@ -50,7 +50,8 @@ def run(
     Raises
     ------
     InputError, MissingPackageError
-        The case, a file or the folder is wrong, or a package is missing; nothing has been written.
+        The case, a file or the folder is wrong, or a package is missing; nothing has been written,
+        except before a full disk stops the run, or before findings about a run that is `strict`.
     RunError
         The run could not be carried through.
 

@@ -92,7 +92,7 @@ class Checkpoint(NamedTuple):
 def write_checkpoint(
     path: Path, checkpoint: Checkpoint, summary: dict[str, Any], before: Path | None = None
 ) -> None:
-    """Write the file atomically in place of an older one, which is kept as `before`.
+    """Write `checkpoint` to `path` atomically; an older file is moved to `before`, if given.
 
     `summary` is the summary of the run so far.
     """
@@ -169,7 +169,7 @@ def _write_state(file: Any, state: SystemState) -> None:
 
 
 def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
-    """Read what `_write_state` wrote; states of contacts refer to those of the present model."""
+    """Return the state that `_write_state` wrote; states of contacts refer to `contacts`."""
 
     def arrays(group: Any, *names: str) -> list[FloatArray]:
         return [np.asarray(group[name]) for name in names]
@@ -235,7 +235,7 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
 
 
 def read_checkpoint(path: Path, model: Model) -> Checkpoint:
-    """Read a checkpoint and check that `model` can go on from it.
+    """Return the checkpoint in `path`, if `model` can go on from it.
 
     The model may end later than the run of the checkpoint.
 

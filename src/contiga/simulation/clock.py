@@ -40,7 +40,7 @@ class Clock:
 
     @contextmanager
     def watching(self) -> Iterator[None]:
-        """Count the seconds of compiling inside; kernels found in numba's cache cost none."""
+        """Add the seconds of compiling inside to `compiled`; kernels in numba's cache cost none."""
         from numba.core import event
 
         def add(seconds: float) -> None:

@@ -90,10 +90,10 @@ _LIMITS: dict[int, dict[Of, tuple[tuple[object, ...], Limit]]] = {}
 
 
 def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
-    """Return `find_limit`, computed once for each state.
+    """Return the result of `find_limit`, cached with the `rigid` array of `state` for each `of`.
 
-    A state shares the limit of another one with the same `rigid` array if contacts, springs,
-    joints, slaves and bodies are the same objects.
+    It is computed anew unless model, contacts, springs, joints, slaves and bodies are the same
+    objects as before.
     """
     key, rigid = id(state.rigid), state.rigid
     if key not in _LIMITS:
@@ -120,11 +120,13 @@ class _EndRates(NamedTuple):
 
 
 def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
-    """Find the critical step of all contacts, springs, joints, gas and elements in `state`.
+    """Return the critical step in `state`, its cause, and the highest rates of vibration.
 
-    The rates of a coupling are the sum over its ends, each with the other end held. At each free
-    body and slave the rates of its couplings are added; the least critical step of these is the
-    limit, named by the fastest coupling there. Bodies, points and nodes have their highest rates.
+    Contacts, springs, laws of joints, gas and elements count, as `of` selects; without any the step
+    is infinite and its cause empty. The rates of a coupling are the sum over its ends, each with
+    the other end held. At each free body and slave the rates of its couplings are added; the least
+    critical step of these is the limit, named by the fastest coupling there. Bodies, points and
+    nodes have their highest rates.
     """
     rates_at: dict[object, list[tuple[str, Rates, Rates]]] = {}
     for text, sides in _coupling_rates(model, state, of):
@@ -153,7 +155,7 @@ def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
 
 
 def _coupling_rates(model: Model, state: SystemState, of: Of) -> list[tuple[str, list[_EndRates]]]:
-    """Return each coupling that counts by `of`, in words, with the rates at its moving ends.
+    """Return (text, ends) of each coupling that counts by `of`: its name, the rates at moving ends.
 
     Ends on the ground, on driven bodies and on driven nodes are left out.
     """
@@ -209,7 +211,7 @@ def _coupling_rates(model: Model, state: SystemState, of: Of) -> list[tuple[str,
 def _add_joint_laws(
     couplings: list[tuple[str, list[_EndRates]]], model: Model, state: SystemState
 ) -> None:
-    """Add the laws of joints, with their rates on the free bodies that they join.
+    """Add the laws of joints to `couplings`, with their rates on the free bodies that they join.
 
     Constraints do not raise the highest frequency: that of a constrained system is at most that of
     the free one (Rayleigh).
@@ -238,7 +240,7 @@ def _add_joint_laws(
 def _mobility(
     row: FloatArray, fixed: FloatArray, point: FloatArray, direction: FloatArray
 ) -> float:
-    """Return the acceleration along `direction` (6,), a force and a moment, by its unit load.
+    """Return the acceleration along `direction` (6,), linear and angular, by a unit load along it.
 
     It is JᵀM⁻¹J at a point (3,) of a free body with lanes `row` (19,) and `fixed` (22,). Locked
     rotations are ignored, so the result may be too large.
@@ -255,7 +257,7 @@ def _mobility(
 def _add_gas(
     couplings: list[tuple[str, list[_EndRates]]], model: Model, state: SystemState
 ) -> None:
-    """Add the chambers in slaves whose nodes forces move.
+    """Add to `couplings` the chambers in slaves whose nodes are moved by forces.
 
     Gas is a spring on the volume, adiabatic; excess pressure turns with the facets.
     """
@@ -282,7 +284,7 @@ def _add_contact(
     state: SystemState,
     of: Of,
 ) -> None:
-    """Add a contact with its rates on the free bodies and slaves at its two sides.
+    """Add a contact to `couplings`, with its rates on the free bodies and slaves at its two sides.
 
     It is left out if no point presses, or nothing at its sides is free.
     """
@@ -371,9 +373,9 @@ def check_stable(model: Model, state: SystemState) -> None:
     Raises
     ------
     RunError
-        The energy balance has gained more than `MAX_GAIN` of the energy supplied, and the fastest
-        node of a slave of elements goes farther in a step than `MIN_TRAVEL` of its size. The
-        message names the slave, the time, that node with its position, and a remedy.
+        The energy balance has gained more than `MAX_GAIN` of initial energy and work, and the
+        fastest node of a slave of elements goes farther in a step than `MIN_TRAVEL` of the size of
+        the slave. The message names the slave, the time, that node with its position, and a remedy.
     """
     energy = state.energy
     gain, supplied = -energy.error, max(energy.initial + energy.external, 0.0)
@@ -402,7 +404,8 @@ def check_stable(model: Model, state: SystemState) -> None:
 def remedy(model: Model, state: SystemState, slave: str) -> str:
     """Return advice on an unstable slave, by the first likely cause.
 
-    These are a step above the critical one, then points in contact deeper than its facets are wide.
+    These are a step above the critical one, then points in contact deeper than its facets are wide;
+    the advice is general if there is neither.
     """
     critical = limit_of(model, state).critical
     if state.step > critical:

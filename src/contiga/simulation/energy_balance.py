@@ -27,7 +27,7 @@ def energy_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, fl
 
 
 def balance_of(history: dict[str, FloatArray]) -> dict[str, float]:
-    """Return `energy_summary` for any history that has the energies of a system."""
+    """Return the numbers of `energy_summary` for any history that has the energies of a system."""
     total = history["energy.total"]
     losses = ("friction", "damping", "hysteresis", "viscosity")
     lost = sum(history[f"energy.{name}"] for name in losses if f"energy.{name}" in history)
@@ -43,9 +43,9 @@ def balance_of(history: dict[str, FloatArray]) -> dict[str, float]:
 
 
 def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
-    """Return a message with the likely cause of an energy balance error above `ERROR_TOL`.
+    """Return one message with the likely cause if the energy balance error is above `ERROR_TOL`.
 
-    The list is empty below, or if forces move nothing.
+    The list is empty for a smaller error, or if forces move nothing.
     """
     balance = energy_summary(model, history)
     if not balance or balance["relative"] <= ERROR_TOL:
@@ -83,7 +83,7 @@ def energy_text(balance: dict[str, float], time: float, cause: str) -> str:
 
 
 def _likely_cause(model: Model, history: dict[str, FloatArray], at: int) -> str:
-    """Return the contact that is the likely cause, with the reason; empty without one.
+    """Return a text on the contact that is the likely cause, with the reason; empty without one.
 
     It is the first that weighs forces by measured areas, else the first with points that tunnelled,
     were lost or were found again within a step of the row `at`, else the one that works most there.

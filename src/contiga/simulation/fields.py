@@ -40,7 +40,7 @@ class Fields:
 
     Parameters
     ----------
-    model : what is run
+    model : the model that is run
     path, outlines : the two files
     written : number of steps in existing files, which are kept; None starts new files
     """
@@ -94,10 +94,11 @@ class Fields:
         return (_BYTES_PER_POINT + 8 * columns) * len(self._part) + 8 * columns * of_cells
 
     def append(self, state: SystemState) -> None:
-        """Write one step.
+        """Write the points and fields of one step, and its outlines if the run has them.
 
         At a node of several contacts forces add up; the other fields are those of the last contact
-        in the model that it touches. Points of bodies, and inactive nodes off contact, have the
+        in the model that it touches. Off contact penetration, normal, area and pressure are 0, the
+        gap is NaN and the cluster −1. Points of bodies, and inactive nodes off contact, have the
         status −1.
         """
         bodies = []
@@ -217,7 +218,10 @@ def _slave_part(name: str, slave: Slave, node_rows: IndexArray) -> Part:
 
 
 def _body_mesh(name: str, body: Master, size: float | None) -> TriMesh:
-    """Return the triangles that draw a body, of exact geometry with sides of at most `size`."""
+    """Return the triangles that draw a body; of exact geometry with sides up to `size`, if given.
+
+    Raises `InputError` for a size that takes more than `MAX_TRIANGLES` triangles.
+    """
     mesh = body.tessellate(DRAWING_TOL * body.size)
     if size is None or body.faces is None:
         return mesh

@@ -43,11 +43,12 @@ def fingerprint_of(model: Model, end: float | None = None) -> str:
 
 
 def identity_of(model: Model, end: float | None = None) -> Identity:
-    """Return the digest of case, times, geometry, slaves, motions, contacts and output.
+    """Return the digest of a case and its inputs, and the names of code that it cannot include.
 
-    Title, plots, references and whether there is a report do not count. `end` replaces that of the
-    run: a case that goes on for longer is the same until then. Raises `InputError` if the steps do
-    not fit into the time until that end.
+    Case, times, geometry, slaves, motions, contacts and output count; title, plots, references and
+    whether there is a report do not. `end` replaces that of the run: a case that goes on for longer
+    is the same until then. Raises `InputError` if the steps do not fit into the time until that
+    end.
     """
     digest = _Digest()
     times = (model.stepping if end is None else ended(model.stepping, end)).planned()
@@ -100,12 +101,12 @@ class _Digest(Things):
     """A digest of a model; items enter with type and shape, so that none can pass for another."""
 
     def slave(self, slave: Slave) -> None:
-        """Add all that a contact uses of a slave."""
+        """Add points, connectivity, active points and nodal values of a slave to the digest."""
         nodal = slave.area, slave.thickness, slave.mass
         self.arrays("slave", slave.points, slave.facets, slave.quads, slave.active, *nodal)
 
     def contact(self, contact: Contact) -> None:
-        """Add the options, the law and the area method of a contact."""
+        """Add options, law, friction and area method of a contact to the digest."""
         options = contact.search, contact.contact_type, contact.on_edge, contact.through
         self.text(
             repr((*options, contact.foot, contact.depth, contact.weights, contact.quadrature))

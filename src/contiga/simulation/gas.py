@@ -44,7 +44,7 @@ class ChamberState(NamedTuple):
 
 
 class Closed(NamedTuple):
-    """The volume that facets enclose, and its derivatives by the nodes."""
+    """The volume that facets enclose, and its derivatives with respect to the nodes."""
 
     volume: float
     gradient: FloatArray
@@ -85,7 +85,10 @@ class Skin:
         return SkinTables(nodes_in_lanes(padded), NodeSums(starts, facets))
 
     def closed(self, points: FloatArray) -> Closed:
-        """Measure the volume that the facets enclose, with the slave's nodes at points (n, 3)."""
+        """Return the enclosed volume, its gradient and stiffness at nodes, and the areas of facets.
+
+        `points` (n, 3) are those of all nodes of the slave.
+        """
         corners, (starts, rows) = self._tables
         blocks, count = len(corners), len(self.rows)
         facets, areas = np.empty((blocks * LANES, AT_NODES)), np.empty((blocks, LANES))
@@ -99,9 +102,10 @@ class Skin:
         return Closed(volume, gradient, stiffness, areas.reshape(-1)[: len(self.corners)])
 
     def exposed(self, areas: FloatArray, covered: FloatArray) -> Exposed:
-        """Return the open area of facets with areas (f,), of which shares (f,) are covered.
+        """Return the open area of all facets, and the open share (v,) of each vent.
 
-        Each vent has the open share of its facets, 1 if it has none.
+        `areas` (f,) are those of the facets, `covered` (f,) the shares that are covered. A vent
+        without facets is open: 1.
         """
         open_areas = areas * (1.0 - covered)
         shares = [
@@ -141,19 +145,19 @@ class GasSystem:
 
     @cached_property
     def physics(self) -> Chambers:
-        """The gas model: what flows between the chambers."""
+        """The gas model: states of the gas, and the flow between the chambers."""
         return Chambers(list(self.chambers.values()))
 
     @cached_property
     def of_slave(self) -> Mapping[str, list[str]]:
-        """The chambers in the facets of each slave."""
+        """Names of the chambers in each slave, by its name; slaves without any are left out."""
         names: dict[str, list[str]] = {}
         for name, chamber in self.chambers.items():
             names.setdefault(chamber.slave, []).append(name)
         return names
 
     def closed(self, name: str, points: FloatArray) -> Closed:
-        """Measure the volume that the facets of a chamber enclose.
+        """Return the result of `Skin.closed` for a chamber by name: volume, derivatives and areas.
 
         The last result is kept: a step and its critical length need it for the same nodes.
         """
@@ -246,7 +250,7 @@ class GasSystem:
 
 
 def _make_skin(name: str, chamber: Chamber, slaves: Mapping[str, Slave]) -> Skin:
-    """Return the facets around a chamber, all facets of its slave.
+    """Return the facets around a chamber, all those of its slave, with a mask (f,) for each vent.
 
     Raises
     ------

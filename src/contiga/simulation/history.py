@@ -129,19 +129,19 @@ def total_force(model: Model, row: dict[str, float]) -> float:
 
 
 def energy_columns(energy: Energy) -> dict[str, float]:
-    """Return the energies of a whole system."""
+    """Return the history columns of the energies of a whole system, with the prefix "energy."."""
     return {f"energy.{name}": getattr(energy, name) for name in _OF_SYSTEM}
 
 
 def element_columns(energy: Energy) -> dict[str, float]:
-    """Return the energies that only models with elements have."""
+    """Return the history columns of the energies that only models with elements have."""
     return {"energy.hourglass": energy.hourglass, "energy.viscosity": energy.viscosity}
 
 
 def contact_columns(
     state: State, last: State | None, wall: float, *, measured: bool
 ) -> dict[str, float]:
-    """Return the columns of one contact.
+    """Return the history columns of one contact, without the prefix of its name.
 
     `last` is its state before the step, None at the start; `wall` is the wall-clock time of the
     step, seconds; contact areas are NaN unless `measured`, or needed for the forces. Points that

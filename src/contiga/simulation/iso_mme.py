@@ -52,9 +52,9 @@ _RESULTANTS = ("a", "v", "f", "filtered_a")
 def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> list[MmeChannel]:
     """Return the channels of all sensors, springs and joints, in SI units, at even times.
 
-    Unequal steps are resampled at the fine rate of CFC 1000, no finer than the shortest step unless
-    half of the steps are. Accelerations, forces and moments keep their integrals; other quantities
-    are interpolated linearly.
+    Unequal steps are resampled at the interval of the fine rate of CFC 1000, or the shortest step
+    if that is longer, but at most the median step. Accelerations, forces and moments keep their
+    integrals; other quantities are interpolated linearly.
 
     Warns
     -----
@@ -112,7 +112,10 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
 def _channel_columns(
     history: Mapping[str, FloatArray], name: str
 ) -> Iterator[tuple[str, _Kind, str]]:
-    """Yield the columns of an owner that channels can hold, with their kind and direction."""
+    """Yield (column, kind, direction) for the columns of an owner that channels can hold.
+
+    The direction is X, Y, Z, R for a resultant, a number, or 0.
+    """
     for full_name in history:
         owner, _, column = full_name.rpartition(".")
         if owner != name:
@@ -125,7 +128,7 @@ def _channel_columns(
 
 
 def _location_codes(owners: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Return the first twelve characters of the codes: as given, else made from the name.
+    """Return the first twelve characters of the code of each owner: as given, else from its name.
 
     That is "10", the first four letters and digits, and a number: names with the same ones are
     numbered in order, without codes that are given.

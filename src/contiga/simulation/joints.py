@@ -46,7 +46,7 @@ class JointReactions(NamedTuple):
 def close_joints(
     model: Model, last: SystemState, free: Placed, poses: FloatArray, time: float
 ) -> None:
-    """Correct the drift of the free bodies from `last` to `time`, in place, so that joints close.
+    """Correct the drift of the bodies `free` from `last` to `time`, in place, so that joints close.
 
     `poses` (n, 4, 4) are those of driven bodies at `time`.
 
@@ -89,7 +89,9 @@ def react_joints(
 ) -> JointReactions:
     """End the kick of a step: project the velocities of `free` onto the constraints, in place.
 
-    `states` are the joints before; reactions are added to the wrenches `total` (n, 6), in place.
+    `states` are the joints before; reactions are added to the forces in `free.rows` and to the
+    wrenches `total` (n, 6), in place. Returned are the kinetic energy of the free bodies, and the
+    joints with reactions and rates at the end of the step.
     """
     linkage, system = model.linkage, model.mechanism
     accelerations = np.zeros((len(system.index), 6))

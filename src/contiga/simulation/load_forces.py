@@ -50,7 +50,7 @@ def load_on_body(
 def load_point(model: Model, load: Load, i: int, pose: FloatArray, rows: FloatArray) -> FloatArray:
     """Return the point (3,) where a load acts on body `i` at `pose`, world axes.
 
-    Without a point given it is the centre of mass of a free body, from their `rows` (b, 19), and
+    If the load has no point it is the centre of mass of a free body, from their `rows` (b, 19), and
     the origin of the frame of any other.
     """
     system = model.mechanism
@@ -67,7 +67,7 @@ def add_loads(
     """Add all loads to the wrenches `total` (n, 6) on bodies at `poses` (n, 4, 4), in place.
 
     Wrenches are about the origins of frames; loads on attached bodies act on their root. `rows`
-    (b, 19) are those of free bodies.
+    (b, 19) are the states of free bodies.
     """
     for load in model.mechanism.loads:
         i = model.mechanism.root_of(load.body)
@@ -103,7 +103,7 @@ def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) ->
 def _load_about_centre(
     model: Model, load: Load, i: int, pose: FloatArray, rows: FloatArray, time: float
 ) -> FloatArray:
-    """Return force and moment (6,) about the centre of mass of a free body."""
+    """Return force and moment (6,) of a load about the centre of mass of the free body `i`."""
     force, moment = load_on_body(load, pose, model.origins[i], time)
     k = model.mechanism.row[i]
     arm = load_point(model, load, i, pose, rows) - rows[k, CENTRE : CENTRE + 3]
@@ -142,6 +142,7 @@ def unrealised_load_work(
 
     The kinetic energy changes by the mean force times the mean velocity. A force that sets in
     within the step does hardly any work along the path yet: it does so later, until it ends.
+    Moments do not count.
     """
     system, work = model.mechanism, 0.0
     for load in system.loads:

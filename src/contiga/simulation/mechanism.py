@@ -120,29 +120,29 @@ class Mechanism:
 
     @cached_property
     def carrier_of_slave(self) -> Mapping[str, int]:
-        """Bodies by number that carry attached slaves, by the slaves' names."""
+        """Number of the body that carries all of a slave, by the name of the slave."""
         return {k: mover.host for k, mover in self.nodes.items() if mover.host is not None}
 
     @cached_property
     def carried_slaves(self) -> tuple[str, ...]:
-        """Slaves with nodes that bodies carry, all or some."""
+        """Names of slaves of which bodies carry nodes, all or some."""
         return tuple(k for k, mover in self.nodes.items() if mover.host is not None or mover.joints)
 
     @cached_property
     def masses(self) -> Mapping[str, FloatArray]:
-        """Nodal masses (n,) of slaves whose nodes forces move."""
+        """Nodal masses (n,) of slaves whose nodes are moved by forces, by name."""
         return {k: mover.mass for k, mover in self.nodes.items() if mover.mass is not None}
 
     @cached_property
     def loose(self) -> Mapping[str, FloatArray]:
-        """Nodal masses (n,) of slaves of free nodes without elements."""
+        """Nodal masses (n,) of slaves of free nodes without elements, by name."""
         return {
             name: mass for name, mass in self.masses.items() if not self.nodes[name].has_elements
         }
 
     @cached_property
     def element_movers(self) -> Mapping[str, NodeMover]:
-        """Movers of the nodes of slaves that are made of elements."""
+        """Movers of the nodes of slaves that are made of elements, by name of the slave."""
         return {name: mover for name, mover in self.nodes.items() if mover.has_elements}
 
     @cached_property
@@ -166,13 +166,13 @@ class Mechanism:
         return int(self.root[self.index[name]])
 
     def free_ends(self, spring: str) -> list[tuple[int, int]]:
-        """Return the numbers of a spring's ends on free bodies, and the rows of these."""
+        """Return (end, row) for each end of a spring, 0 or 1, on a free body with that row."""
         bodies = enumerate(end.body for end in self.ends[spring])
         return [(k, self.row[i]) for k, i in bodies if i is not None and i in self.row]
 
     @cached_property
     def tied(self) -> Mapping[str, list[TiedEnd]]:
-        """Ends of springs on each slave, by its name."""
+        """Ends of springs on slaves that no body carries, by slave, with the sign of the pull."""
         tied: dict[str, list[TiedEnd]] = {}
         for name, ends in self.ends.items():
             for k, end in enumerate(ends):
@@ -185,7 +185,7 @@ class Mechanism:
 
     @cached_property
     def sides(self) -> Mapping[str, Sides]:
-        """The two sides of each contact."""
+        """The two sides of contacts, by name: bodies, rows of free ones, signs of forces."""
         sides: dict[str, Sides] = {}
         for part in self.contacts:
             i, host = self.root_of(part.master), self.carrier_of_slave.get(part.slave)
@@ -463,7 +463,7 @@ def _segments(
 
 
 def _body_number(where: str, name: str, numbers: Mapping[str, int]) -> int:
-    """Return the number of a named body; raise `InputError` for an unknown one."""
+    """Return the number of the body `name`; raise `InputError` about `where` if it is unknown."""
     if name not in numbers:
         raise InputError(
             "no body of this name is there",
@@ -475,7 +475,7 @@ def _body_number(where: str, name: str, numbers: Mapping[str, int]) -> int:
 
 
 def _root_of_body(name: str, bodies: Mapping[str, Any]) -> str:
-    """Return the name of the body that a chain of attachments ends at; itself without one.
+    """Return the name of the body at the end of a chain of attachments; `name` if it has none.
 
     Raises `InputError` for an unknown body, or a circle of attachments.
     """

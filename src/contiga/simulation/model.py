@@ -119,7 +119,7 @@ class ShapeMotions:
     def velocity(
         self, body: str, time: float, slaves: Mapping[str, SlaveState]
     ) -> FloatArray | None:
-        """Return the velocities (m, 3) of the control points."""
+        """Return the velocities (m, 3) of the control points; None if the body keeps its shape."""
         motion = self.of.get(body)
         if isinstance(motion, ControlPointsOf):
             return slaves[motion.slave].matter["q_velocity"]
@@ -242,7 +242,7 @@ class Model(Displayed):
 
     @cached_property
     def fired_kinks(self) -> Mapping[str, FloatArray]:
-        """Times after a sensor's trigger at which a device that it fires has a kink."""
+        """Times (k,) from the firing of a trigger to kinks of its devices, and 0, by sensor."""
         kinks: dict[str, list[FloatArray]] = {
             sensor.name: [np.zeros(1)] for sensor in self.triggered
         }

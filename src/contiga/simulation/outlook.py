@@ -34,7 +34,8 @@ class Outlook:
         """Return a warning after a step if more than `LONG_RUN` remains at the present pace.
 
         The pace is that of the last `PATIENCE` seconds or more; the measurement begins anew if less
-        remains. It is None until then, and after the first warning.
+        remains. Returns None during the first `PATIENCE` seconds of a measurement, if less remains,
+        and after the first warning.
         """
         if self._has_warned:
             return None

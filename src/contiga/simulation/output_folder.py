@@ -72,7 +72,7 @@ def finish_fields(folder: Path, *, outlines: bool) -> None:
 
 
 def _field_names(outlines: bool) -> tuple[tuple[str, str], ...]:
-    """Return the names of fields and outlines during a run, and after it."""
+    """Return (name during a run, name after it) of outlines, if `outlines`, and of fields."""
     fields = (UNFINISHED, FIELDS)
     return ((UNFINISHED_OUTLINES, OUTLINES), fields) if outlines else (fields,)
 

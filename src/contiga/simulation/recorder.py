@@ -79,7 +79,7 @@ class Recorder:
 
     Parameters
     ----------
-    model : what is run
+    model : the model that is run
     clock : times the output
     progress : called with steps done, steps in all, points in contact
     """
@@ -184,8 +184,9 @@ class Recorder:
         """Record one step: a row of the history, and its fields if they are due or it is the last.
 
         Before its fields, those of the greatest force so far are written, if they were not yet. Of
-        a last step that is not due, the record keeps what a run beyond that end would have. A
-        checkpoint follows if the last is `CHECKPOINT_SECONDS` old; then `progress` is called.
+        a last step that is not due, the record keeps the values that a run beyond that end would
+        have. A checkpoint follows if the last is `CHECKPOINT_SECONDS` old; then `progress` is
+        called.
         """
         state = stepped.state
         done, n_written = self._record.done, self._record.written
@@ -238,7 +239,7 @@ class Recorder:
             self._progress(n_done, self._planned, state.n_contact)
 
     def crest(self) -> tuple[Finding, ...]:
-        """Findings about the model from the step with the greatest force."""
+        """Return findings about the model from the step with the greatest force."""
         crest = self._record.crest
         return self._old_findings if crest is None else check_crest(self.model, crest)
 
@@ -257,7 +258,10 @@ class Recorder:
         return {name: as_column(name, values[: self.done]) for name, values in self._rows.items()}
 
     def save(self) -> None:
-        """Write a checkpoint of the last complete step, if there is one.
+        """Close the fields, and write a checkpoint of the last complete step, if there is one.
+
+        Without any checkpoint in the folder its files are removed, and also the folder if it was
+        made for this run.
 
         Raises
         ------

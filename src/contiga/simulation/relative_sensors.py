@@ -36,7 +36,11 @@ def relative_columns(
 def between_columns(
     model: Model, sensor: RelativeSensor, state: SystemState, last: SystemState | None
 ) -> dict[str, float]:
-    """Return the columns of the measures of one sensor; `last` is None at the start."""
+    """Return the columns of the measures of one sensor, by name; `last` is None at the start.
+
+    Displacement and angle are relative to the start. Force and moment are those of springs between
+    the two bodies on the first body, the moment about its point.
+    """
     roots = [model.mechanism.root_of(body) for body in sensor.between]
     starts = [model.origins[i] for i in roots]
     poses = [state.bodies.poses[i] for i in roots]
@@ -91,7 +95,7 @@ def _relative_rates(
     """Return the columns of velocity and acceleration of the second point relative to the first.
 
     `ends` are the numbers of both bodies and the points on them, `step` the states before and after
-    a step. Only what the sensor measures is returned.
+    a step. Names of columns have no prefix; only measures of the sensor are returned.
 
     In axes of the first body they are those that an observer rotating with it sees; in world axes
     they are the differences between the two points.

@@ -37,7 +37,7 @@ def trapezoids(times: FloatArray, signal: FloatArray) -> FloatArray:
 def means(
     grid: FloatArray, times: FloatArray, signal: FloatArray, impulses: FloatArray
 ) -> FloatArray:
-    """Return the means (m, k) of a signal over the intervals half way to the neighbouring times.
+    """Return the means (m, k) of a signal around each time of `grid`, half way to its neighbours.
 
     They conserve the integral of the signal, which the trapezoidal rule of the means reproduces.
     Between its own times the signal (n, k) is linear, shifted so that its integral over each step

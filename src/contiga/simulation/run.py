@@ -61,7 +61,7 @@ class RunOptions(NamedTuple):
 
 
 def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Result:
-    """Run `model` to its end.
+    """Run `model` to its end, or with `settle_only` to rest at its start, and return the result.
 
     When the run is stopped (an exception, Ctrl-C) a checkpoint of the last complete step remains;
     before the first one nothing remains. No other run writes to `out` until this one has ended.

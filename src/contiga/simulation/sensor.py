@@ -88,7 +88,7 @@ class Sensor:
 
     Parameters
     ----------
-    name : what its columns are called
+    name : prefix of its columns
     body : name of the body
     at : (3,) the point, where it is at the start, world coordinates; the centre of mass of a free
         body, the origin of the geometry of another, if omitted
@@ -173,7 +173,7 @@ class RelativeSensor:
 
     Parameters
     ----------
-    name : what its columns are called
+    name : prefix of its columns
     between : names of two bodies; the first is where it is seen from
     at : (2, 3) the points, where they are at the start, world coordinates; as of a `Sensor` if
         omitted

@@ -35,11 +35,11 @@ _CLIP_TIME = 0.003
 
 
 def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
-    """Return the criteria of all sensors over the whole run, by name.
+    """Return body, filter and criteria of all sensors over the whole run, by name of the sensor.
 
-    They have values, bands, and their time windows in the time unit of the case. A criterion is
-    left out if steps are too long for its filter, its signal is not finite, or the run is too
-    short for it.
+    Criteria have values, bands, and time windows in the time unit of the case; code and time of
+    firing are added for sensors with a code or trigger. A criterion is left out if steps are too
+    long for its filter, its signal is not finite, or the run is too short for it.
     """
     summary = sensors_without_criteria(model, history)
     sensors: list[Sensor | RelativeSensor] = [*model.point_sensors, *model.relative]
@@ -77,9 +77,9 @@ def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
 
 
 def sensors_without_criteria(model: Model, history: History) -> dict[str, dict[str, Any]]:
-    """Return the summary of sensors for a run that has no criteria yet.
+    """Return body, filter, code and empty `criteria` of all sensors, by name, for the summary.
 
-    A trigger has the time of the first row in which it has fired, or None.
+    A sensor with a trigger has `fired`: the time of the first row in which it has fired, or None.
     """
     summary: dict[str, dict[str, Any]] = {
         sensor.name: {"body": sensor.body, "filter": sensor.filter}
@@ -101,9 +101,10 @@ def sensors_without_criteria(model: Model, history: History) -> dict[str, dict[s
 def _acceleration_criteria(
     model: Model, sensor: Sensor, history: History
 ) -> Iterator[tuple[str, Value]]:
-    """Yield the criteria of the resultant acceleration with the sensor's own filter.
+    """Yield name and value of criteria of the resultant acceleration, filtered if the sensor is.
 
-    None is yielded if the steps are too long for it, or the acceleration is not finite.
+    Nothing is yielded if the steps are too long for the filter, or the acceleration is not finite;
+    criteria for which the run is too short are left out.
     """
     names = [name for name in sensor.criteria if name in OF_ACCELERATION]
     if not names or f"{sensor.name}.a" not in history:
@@ -138,7 +139,7 @@ def _hicd(a: FloatArray, t: FloatArray) -> Value:
 
 
 def _clip(a: FloatArray, t: FloatArray, cumulative: bool) -> Value | None:
-    """Return the 3 ms value; None for a shorter run."""
+    """Return the 3 ms value with start and end of its window; None for a run shorter than 3 ms."""
     if t[-1] - t[0] < _CLIP_TIME:
         return None
     value, start, end = clip(a, t, _CLIP_TIME, cumulative=cumulative)[:3]
@@ -173,7 +174,7 @@ class Signal(NamedTuple):
 
     @property
     def newton(self) -> float:
-        """The force unit of the case, N."""
+        """The force unit of the case, in N."""
         return self.kilogram * self.metre / self.second**2
 
     @property
@@ -191,7 +192,10 @@ def _bric(signal: Signal) -> Value:
 
 
 def _vc(signal: Signal) -> Value | None:
-    """Return the viscous criterion of the distance, and its time; None with too few samples."""
+    """Return the viscous criterion of the distance, with its time as start and end.
+
+    Returns None for a signal with fewer than `MIN_SAMPLES` samples.
+    """
     if len(signal.times) < MIN_SAMPLES:
         return None
     dummy, distance, t = DUMMIES[signal.pair.dummy], signal.values[:, 0], signal.times
@@ -211,7 +215,11 @@ def _nij(signal: Signal) -> Value:
 
 
 def _femur(signal: Signal) -> Value:
-    """Return the femur criterion of the force along the line of the two points, at its minimum."""
+    """Return the femur criterion of the force along the line of the two points.
+
+    `value` is the ratio to the limit, `peak` and `held` are peak and 10 ms level of the force in
+    compression; start and end are the time of the peak.
+    """
     sensor = signal.pair
     assert sensor.at is not None
     origin = signal.model.origins[signal.model.mechanism.root_of(sensor.between[0])]

@@ -28,7 +28,7 @@ _WITH_MAGNITUDE = ("acceleration", "velocity", "force")
 
 
 def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -> dict[str, float]:
-    """Return the columns of all sensors of one body; `last` is the state before `state`."""
+    """Return the columns of all sensors on one body; `last` is the state before, None at first."""
     columns: dict[str, float] = {}
     for sensor in model.point_sensors:
         columns |= point_columns(model, sensor, state, last)
@@ -128,7 +128,10 @@ def vector_columns(name: str, values: FloatArray) -> dict[str, float]:
 
 
 def first_place(model: Model, i: int, at: FloatArray | None) -> FloatArray:
-    """Return the point of a sensor at the start: `at`, else the centre of mass or the origin."""
+    """Return the point (3,) of a sensor at the start: `at`, or its default if that is None.
+
+    This is the centre of mass of a free body, and the origin of the frame of any other.
+    """
     if at is not None:
         return at
     row = model.mechanism.row.get(i)
@@ -156,11 +159,12 @@ def point_acceleration(
 def acceleration(
     model: Model, i: int, state: SystemState, last: SystemState | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the linear acceleration (3,) of the origin of a body's frame, and the angular one.
+    """Return the linear (3,) and angular (3,) acceleration of the frame of body `i`, world axes.
 
-    Of a free body it follows from the forces; its centre has none in held directions, and it has
-    none about held axes. A prescribed motion that has an acceleration gives it, and does not turn;
-    otherwise it is the mean of the step from `last`, zero at the start.
+    The linear one is that of the origin. Those of a free body follow from the forces; its centre
+    has none in held directions, and it has none about held axes. A prescribed motion that has an
+    acceleration gives it, and does not turn; otherwise they are the mean of the step from `last`,
+    zero at the start.
     """
     if i in model.mechanism.row:
         k = model.mechanism.row[i]

@@ -78,7 +78,8 @@ OnSettle = Callable[[int, float], Any]
 def come_to_rest(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> StepResult:
     """Return the state at the start of `model` after it has come to rest by `model.settling`.
 
-    `on_settle` is called after each step. The time of steps is not that of the run.
+    `on_settle` is called with the number of steps and the residual after each step. The time of
+    steps is not that of the run.
 
     Raises
     ------
@@ -200,7 +201,7 @@ def _resting_model(model: Model, settle: Settle) -> Model:
 
 
 def _stopped(model: Model, state: SystemState) -> SystemState:
-    """Return the state with all velocities zero."""
+    """Return a copy of the state with all velocities and the kinetic energy zero."""
     nodes = model.mechanism.nodes
     slaves = {name: nodes[name].without_velocities(slave) for name, slave in state.slaves.items()}
     rows, twists = state.rigid.copy(), state.bodies.twists.copy()
@@ -213,7 +214,9 @@ def _stopped(model: Model, state: SystemState) -> SystemState:
 
 
 def _imbalance(model: Model, state: SystemState) -> Imbalance:
-    """Return the unbalanced forces of the model, summed over nodes and free bodies by magnitude.
+    """Return unbalanced forces, loads, reactions and rounding, summed over nodes and free bodies.
+
+    They are sums of magnitudes; free bodies add to forces and loads alone.
 
     The moment on a body counts as a force at the distance of its size.
     """

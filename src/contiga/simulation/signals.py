@@ -20,7 +20,7 @@ _EQUAL_TOL = 1e-6
 
 
 def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """Return filtered accelerations of sensors, their resultants, and filtered spring forces.
+    """Return columns of filtered accelerations of sensors, with resultants, and of spring forces.
 
     They are at the times of the history. Filters that need shorter steps are left out.
     """
@@ -47,7 +47,7 @@ def _filter_requests(model: Model) -> dict[str, tuple[str, tuple[str, ...]]]:
 
 
 def _filter_classes(model: Model) -> dict[str, list[str]]:
-    """Return the filter classes of each sensor and spring, its own and those of its criteria."""
+    """Return the filter classes, own and of criteria, of the sensors and springs that have any."""
     classes = {name: [cls] for name, (cls, _) in _filter_requests(model).items()}
     for sensor in model.sensors:
         filters = [ALL_CRITERIA[criterion].filter for criterion in sensor.criteria]

@@ -175,7 +175,7 @@ class Simulation(Model):
         )
 
     def fingerprint(self) -> str:
-        """Digest of all that decides the results: see `contiga.simulation.fingerprint`."""
+        """Return the digest of all that decides the results: see `simulation.fingerprint`."""
         return fingerprint_of(self)
 
     def check(self) -> tuple[Finding, ...]:
@@ -236,12 +236,15 @@ class Simulation(Model):
         Parameters
         ----------
         state : state before the step
-        dt : length of the step, > 0; to the next time of the simulation if omitted
+        dt : length of the step, > 0, which is taken as it is, stable or not, and also past the end;
+            the next step of the simulation if omitted
 
         Raises
         ------
         InputError
             `state` is of another simulation, this one is at its end, or `dt` is not positive.
+        RunError
+            The step cannot be computed; without `dt`, also an unstable step.
         """
         names = self.mechanism.sides.keys()
         if not isinstance(state, SystemState) or state.contacts.keys() != names:
@@ -290,7 +293,7 @@ class Simulation(Model):
         on_slow: Callable[[str], Any] | None = None,
         clock: Clock | None = None,
     ) -> Result:
-        """Run to the end.
+        """Run to the end, and return history, states and summary.
 
         Parameters
         ----------

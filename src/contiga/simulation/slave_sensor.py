@@ -30,7 +30,7 @@ class NodeSensor:
 
     Parameters
     ----------
-    name : what its columns are called
+    name : prefix of its columns
     node : name of the slave
     at : (3,) where the slave stands before the run: its node nearest to this is measured, which
         is to be within half of the slave's size
@@ -87,7 +87,7 @@ class SectionSensor:
 
     Parameters
     ----------
-    name : what its columns are called
+    name : prefix of its columns
     section : name of a slave that deforms
     plane : (2, 3) a point and the normal of the plane, where the slave stands before the run
     measures : of "force" and "moment", that about the point of the plane, which stays; along the
@@ -159,7 +159,7 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
     ------
     InputError
         All nodes of a slave are on one side of a section, or the nearest is farther from a place
-        than `MAX_DISTANCE` of the slave's diagonal (a slave of one node always has it).
+        than `MAX_DISTANCE` of the slave's diagonal (unless the slave has only one node).
     """
     if isinstance(sensor, NodeSensor):
         away = points - sensor.at

@@ -116,10 +116,11 @@ def spring_states(
 def _ring_slips(
     model: Model, before: Mapping[str, SpringState], ends: Mapping[str, Ends], moment: Moment
 ) -> dict[str, float]:
-    """Return the length that slips through each ring in a step, from its first segment on.
+    """Return the length that slips in a step from the first segment of each ring to its second.
 
     Webbing slips until no tension is more than e^{μ θ} times the tension on the other side. Rings
-    that share a segment are solved one after the other, in sweeps, until none slips any more.
+    are solved one after the other, in sweeps, until no slip changes by more than `SLIP_TOL` of the
+    longest segment.
 
     Raises
     ------

@@ -96,7 +96,7 @@ class NodalForces(NamedTuple):
         return np.array(sum(forces[1:], forces[0])) if forces else None
 
     def listed(self) -> ListedForces:
-        """Return the forces on the nodes on which any force acts, rows rising, each once."""
+        """Return forces (k, 3) on nodes with their rows, ascending; none acts on other nodes."""
         columns = []
         for part in self.model.contacts:
             if part.slave == self.name:
@@ -144,7 +144,7 @@ def advance(
     clock: Clock,
     fired: Mapping[str, float] | None = None,
 ) -> StepResult:
-    """Advance the simulation from the state `last` to `time`; None at the start.
+    """Return the step from the state `last`, which is None at the start, to `time`.
 
     `fired` are the times at which triggers fire, by sensor; those of `last` if omitted. If another
     trigger fires within the step, the step is repeated with it, so that its devices act in the same
@@ -221,7 +221,7 @@ def advance(
 def contact_states(
     model: Model, last: SystemState | None, placement: Placement, clock: Clock
 ) -> tuple[dict[str, State], dict[str, float]]:
-    """Return all contacts where their sides stand now, and the seconds that each took, by name."""
+    """Return all contacts where their sides stand now, and the wall-clock seconds each took."""
     system, now = model.mechanism, placement.now
     contacts: dict[str, State] = {}
     wall_times: dict[str, float] = {}
@@ -257,7 +257,10 @@ def acting_forces(
     contacts: dict[str, State],
     fired: Mapping[str, float],
 ) -> Acting:
-    """Return the forces of contacts, springs, gas and joints where all parts stand now."""
+    """Return the states of contacts, springs, gas, slip rings and joints where all parts stand now.
+
+    `contacts` are returned as given; joints have no new reactions yet.
+    """
     now, slaves = placement.now, placement.slaves
     springs: dict[str, SpringState] = {}
     rings: dict[str, SlipRingState] = {}
@@ -282,7 +285,7 @@ def acting_forces(
 
 
 def place(model: Model, last: SystemState | None, time: float) -> Placement:
-    """Place bodies and slaves at `time`, after the state `last`; None at the start.
+    """Return bodies and slaves placed at `time` after the state `last`, which is None at the start.
 
     Velocities of free parts are predicted with the forces of `last` and the loads at `time`.
 
@@ -347,8 +350,9 @@ def kicked_bodies(system: Mechanism, placement: Placement) -> BodyStates:
 def wrenches(model: Model, acting: Acting, placement: Placement) -> FloatArray:
     """Return force and moment (n, 6) on each body about the origin of its frame, world axes.
 
-    A body carries what acts on the bodies attached to it, whose own rows are zero. Slaves must be
-    at the end of the step, elements with their forces there.
+    A body has the forces on the bodies attached to it, whose own rows are zero. Slaves must be
+    at the end of the step, elements with their forces there. Reactions of joints are left out:
+    `react_joints` adds them.
     """
     system, poses = model.mechanism, placement.bodies.poses
     total = np.zeros((len(system.index), 6))
@@ -406,8 +410,9 @@ def energy_of(
 ) -> Energy:
     """Return the energies of a system.
 
-    `kinetic` is the energy of its bodies, `external` the work done on the system since the start,
-    and `initial` the energy at the start; None at the start itself, when the total is.
+    `slaves` are the energies of nodes and elements, `kinetic` is the energy of bodies, `external`
+    the work done on the system since the start, and `initial` the energy at the start; None at the
+    start itself, when the total is.
     """
     of_contacts = contact_energy(acting.contacts)
     strain, hysteresis, damping = 0.0, of_contacts.hysteresis, of_contacts.damping

@@ -43,7 +43,10 @@ def names_of(model: Model) -> list[str]:
 
 
 def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
-    """Return the columns of one step; default values at the start, whose `choice` is None."""
+    """Return the columns of one step; default values at the start, whose `choice` is None.
+
+    The part that limits the step has its number in `names_of`, or −1.
+    """
     if choice is None:
         return dict(zip(COLUMNS, (float(Reason.LARGEST), -1.0, *5 * (0.0,)), strict=True))
     names = names_of(model)
@@ -98,9 +101,9 @@ def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any
 
     Keys: `least`, the length of the shortest step, and `when` it ended, `tries` computed,
     `let_pass`, the number of steps with an energy balance error that shorter ones would not reduce,
-    its sum `energy_error`, and `reasons`, a list with the most frequent first: `number` (as in the
-    columns), `reason`, `of`, `told` (both in words), `steps`, `time`. The result is empty for steps
-    that are not automatic.
+    `energy_error`, the sum of these errors, and `reasons`, a list with the most frequent first:
+    `number` (as in the columns), `reason`, `of`, `told` (both in words), `steps`, `time`. The
+    result is empty for steps that are not automatic.
     """
     if REASON not in history or len(history["time"]) < 2:
         return {}

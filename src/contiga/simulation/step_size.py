@@ -196,8 +196,8 @@ def next_step(model: Model, last: SystemState, clock: Clock) -> StepResult:
     Raises
     ------
     RunError
-        A given step is longer than the critical one, or every step is; elements are unstable or
-        inside out.
+        A given step is longer than the critical one, or every step is, unless the model has
+        `allow_unstable`; elements are unstable or inside out.
     """
     stepping = model.stepping
     if isinstance(stepping, AutoSteps):
@@ -224,14 +224,15 @@ def next_step(model: Model, last: SystemState, clock: Clock) -> StepResult:
 def _automatic_step(
     model: Model, stepping: AutoSteps, last: SystemState, clock: Clock
 ) -> StepResult:
-    """Compute the next step, repeated with a shorter length until it is accepted.
+    """Return the next step, repeated with a shorter length until it is accepted.
 
-    It ends on kinks and on the end of the run.
+    It goes past no known kink and not past the end of the run. `choice` says what set its length.
 
     Raises
     ------
     RunError
-        No step is stable for a law whose stiffness follows the step.
+        No step is stable for a law whose stiffness follows the step, unless the model has
+        `allow_unstable`.
     """
     begin = perf_counter()
     if model.mechanism.followers and model.mechanism.has_dynamics and not model.allow_unstable:
@@ -364,7 +365,7 @@ def _shortest_step(model: Model, stepping: AutoSteps, most: float, critical: flo
 
 
 def _highest_frequency(rates: Rates) -> float:
-    """Return the highest ω of any vibration, 1/time."""
+    """Return the highest ω of any vibration, 1/time; a decay counts by `DECAY_WEIGHT`."""
     return max(math.sqrt(rates.square), DECAY_WEIGHT * rates.decay)
 
 
@@ -407,9 +408,10 @@ def rejection(
 ) -> Cut | None:
     """Return the step to take instead of the trial, and why; None if it is accepted.
 
-    It is rejected if points may have passed a wall unnoticed, if it is longer than `MAX_STEP_RATIO`
-    times what its end state allows, or if it `loses_energy`: its energy balance error is larger
-    than allowed. Only stability and travel ask for less than the shortest step.
+    It is rejected if points may have passed a wall unnoticed (looked at only in steps above
+    `MIN_STEP_SHARE` of the largest), or, where forces move anything, if it is longer than
+    `MAX_STEP_RATIO` times what its end state allows, or if it `loses_energy`: its energy balance
+    error is larger than allowed. Only stability and travel ask for less than the shortest step.
     """
     last, state, step = start.state, trial.stepped.state, trial.stepped.state.step
     if step > MIN_STEP_SHARE * start.most:
@@ -595,9 +597,10 @@ def _over_root_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemSt
 def _force_rates(
     part: ContactPart, last: SystemState, state: SystemState, decay: float
 ) -> tuple[_PointForces, ...]:
-    """Return the rates of a contact's forces on its slave: elastic normal forces, and friction.
+    """Return the rates of a contact's forces on its slave: normal forces, then friction if any.
 
-    Damping counts as elastic with the rate `decay`. Nothing is returned without points in contact.
+    Damping counts as elastic with the rate `decay`. The result is empty without stiffness
+    and friction.
     """
     before, now = last.contacts[part.name], state.contacts[part.name]
     rows, stiffness = now.kept.stiffness.nonzero()
@@ -615,7 +618,10 @@ def _force_rates(
 
 
 def _friction_rates(before: State, now: State, step: float) -> _PointForces:
-    """Return the rates of friction at points that carry force at both ends of the step."""
+    """Return the rates of friction at points that carry force at both ends of the step, world axes.
+
+    There are no points if either state has no friction.
+    """
     kept, last = now.kept, before.kept
     if kept.traction_B is None or last.traction_B is None:
         return _PointForces(kept.normal_force.rows[:0], np.zeros((0, 3)))
@@ -644,9 +650,10 @@ def _add_forces(
 
 
 def changes_of_points(model: Model, last: SystemState, state: SystemState) -> float:
-    """Return the largest change of forces on single points in a step, over √mass.
+    """Return the largest change of point forces of one slave or body in a step, over √mass.
 
-    The points are nodes of a free slave, or points that share a force on a body.
+    Nodes of a free slave count together, as the root of Σ |Δf|²/m; on a body only the normal forces
+    of contacts whose points share a force count.
     """
     system, most = model.mechanism, 0.0
     for name, mass in system.loose.items():
@@ -667,7 +674,7 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
 
 
 def _change_of_nodes(model: Model, name: str, last: SystemState, state: SystemState) -> FloatArray:
-    """Return the change (n, 3) of the forces on the nodes of a slave."""
+    """Return the forces (n, 3) on the nodes of a slave in `last`, less those in `state`."""
     return nodal_force(model, name, last.acting) - nodal_force(model, name, state.acting)
 
 
@@ -678,9 +685,10 @@ def _sharing(before: State, now: State) -> IndexArray:
 
 
 def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
-    """Return the errors of shared forces after a step; `last` holds those before it.
+    """Return errors of depths and their rates, lateness and parting of points that share a force.
 
-    Only contacts whose law acts as one count; the bounds are those at the head of the module.
+    Errors are those after the step; `last` has those before it. Only contacts whose law acts as one
+    count; the bounds are those at the head of the module.
     """
     system, step = model.mechanism, state.step
     place = last.place_error + step * last.speed_error
@@ -810,7 +818,7 @@ def _max_speed(model: Model, part: ContactPart, at: SystemState) -> float:
 
 
 def _relative_paths(part: ContactPart, before: State, now: State, rows: IndexArray) -> FloatArray:
-    """Return displacements (k, 3) of points in contact relative to the surface, body axes."""
+    """Return displacements (k, 3) of points `rows` in a step relative to the surface, body axes."""
     points = now.points_B[rows]
     paths = points - before.points_B[rows]
     if len(now.control_points):

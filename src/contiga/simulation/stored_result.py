@@ -53,13 +53,13 @@ class StoredResult(HistoryOverTime):
 
     @property
     def sensors(self) -> dict[str, dict[str, FloatArray]]:
-        """Columns (n,) of each sensor, by its name and theirs."""
+        """Columns (n,) of each sensor: by the name of the sensor, then of the column."""
         names = self.summary.get("sensors") or {}
         return {name: self._columns_of(name) for name in names}
 
     @property
     def springs(self) -> dict[str, dict[str, FloatArray]]:
-        """Columns (n,) of each spring, by its name and theirs."""
+        """Columns (n,) of each spring: by the name of the spring, then of the column."""
         return {name: self._columns_of(name) for name in self.summary.get("springs") or {}}
 
     def _columns_of(self, owner: str) -> dict[str, FloatArray]:
@@ -67,7 +67,7 @@ class StoredResult(HistoryOverTime):
         return {name: values for (of, _, name), values in columns.items() if of == owner}
 
     def write_mme(self, folder: str | Path, test: str) -> tuple[Path, int]:
-        """Write what sensors and springs have measured as ISO/TS 13499 (ISO-MME) files.
+        """Write the measurements of sensors, springs and joints as ISO/TS 13499 (ISO-MME) files.
 
         Parameters
         ----------
@@ -81,7 +81,8 @@ class StoredResult(HistoryOverTime):
         Raises
         ------
         InputError
-            The run has no units, no sensors and no springs; codes of two sensors are the same.
+            The run has no units, or no sensors, springs and joints; codes of two sensors are the
+            same.
         OutputError
             The test exists already, or cannot be written.
 

@@ -139,7 +139,10 @@ def summarise(
 def summary_so_far(
     model: Model, history: dict[str, FloatArray], clock: Clock, *, stopped: bool
 ) -> dict[str, Any]:
-    """Return the summary of a run that has not ended, with criteria only if it has `stopped`."""
+    """Return the summary of a run that has not ended, with criteria only if it was `stopped`.
+
+    Notes and findings are empty, and the only warning says how far the run has come.
+    """
     if stopped:
         history = history | filtered_columns(model, history)
     statuses = _statuses(model, history)
@@ -223,7 +226,7 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
 def _status_texts(
     statuses: dict[str, dict[str, int]], reported: tuple[ContactStatus, ...]
 ) -> list[str]:
-    """Return a text with count and advice for each of some statuses that was counted."""
+    """Return a text with count and advice for each `reported` status that a contact has had."""
     return [
         f"{name}: {counts[status.name]} times {status.name}. {status.advice}"
         for name, counts in statuses.items()

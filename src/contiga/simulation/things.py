@@ -103,8 +103,8 @@ class Things(Digest):
     def _add(self, value: Any, depth: int) -> None:
         """Add a value by its kind, with what it contains down to `_MAX_DEPTH`.
 
-        Code is added when its turn comes in `add_value`. In the scope `FULL` it is also called
-        once.
+        Code is added when its turn comes in `add_value`. In the scope `FULL` a function is also
+        called once, and its result added.
         """
         function = value if callable(value) else None
         for name in ("__func__", "py_func", "__wrapped__"):
@@ -184,7 +184,7 @@ class Things(Digest):
                 self._add(reduced, depth + 1)
 
     def _add_class(self, kind: type) -> None:
-        """Add a class and its bases."""
+        """Add a class and its bases: a user's with their contents, others by their packages."""
         for base in kind.__mro__:
             if _is_user_module(base.__module__):
                 self.text(base.__qualname__)
@@ -287,7 +287,7 @@ def _is_user_module(module: str | None) -> bool:
 
 
 def _trial_result(function: Callable[..., Any]) -> str:
-    """Return the result of calling a function with `_TRIAL_VALUES`, or the name of its error."""
+    """Return the result of a function at `_TRIAL_VALUES` as a text, or the name of its error."""
     try:
         with np.errstate(all="ignore"):
             return repr(np.asarray(function(_TRIAL_VALUES.copy()), dtype=np.float64).tobytes())

@@ -67,7 +67,7 @@ def kinks_of_triggers(model: Model, state: SystemState) -> list[float]:
 
 
 def trigger_columns(state: SystemState) -> dict[str, float]:
-    """Return the history columns of triggers."""
+    """Return the history columns of triggers by name: filtered value, and 1 once fired, else 0."""
     columns: dict[str, float] = {}
     for name, trigger in state.triggers.items():
         values = trigger.value, float(trigger.fires <= state.time)

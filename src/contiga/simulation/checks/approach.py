@@ -127,7 +127,10 @@ class _Span(NamedTuple):
         return 0.5 * (self.first + self.last - (self.path_lengths[-1] - self.path_lengths[0]))
 
     def split(self, path_bounds: _PathBounds) -> tuple[FloatArray, FloatArray, int]:
-        """Return times and path lengths with one in between, and the row at half of the path."""
+        """Return times and path lengths (k,) of the span, and an inner row near half of the path.
+
+        A span of two times gets more in between.
+        """
         times, path_lengths = self.times, self.path_lengths
         if len(times) == 2:
             times = np.linspace(times[0], times[1], _PARTS_PER_SPAN + 1)

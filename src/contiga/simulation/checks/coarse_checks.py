@@ -113,7 +113,7 @@ def check_coarse(scene: Scene) -> Iterator[Finding]:
 
 
 def _first_near_facets(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
-    """Return the first facets that the body may touch, and the row of the time before.
+    """Return the first facets that the body may touch, and the row of the time before in `times`.
 
     At most `_FACETS` facets, with active nodes only, are returned, in order of time; none for a
     cloud of points.
@@ -154,9 +154,9 @@ def _facet_radii(corners: FloatArray) -> FloatArray:
 def _contact_history(
     pair: Pair, times: FloatArray, corners: IndexArray, shape: FloatArray
 ) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Return which points of facets are in contact at `times`, and the depth of each facet.
+    """Return a mask of the points of facets in contact at `times`, and the depth of each facet.
 
-    Contact is (t, f, k) by the contact's own search, the depth of the deepest point of a facet
+    The mask is (t, f, k) by the contact's own search, the depth of the deepest point of a facet
     (t, f).
     """
     contact, n = pair.contact, len(corners) * len(shape)

@@ -114,8 +114,9 @@ def deeper_than(
 def deeper_than_elements(
     pair: Pair, columns: Mapping[str, FloatArray], fmt: Quantities
 ) -> Iterator[Finding]:
-    """Report a penalty on solid elements with a penetration above a tenth of their size.
+    """Report a penalty on elements whose mean penetration is above a tenth of their size.
 
+    The penetration is that at the greatest force.
     A penalty should prevent penetration: the elements are compressed less by its penetration, and
     resist less. The mean penetration, weighted by forces, is 2 E/F with the stored energy ½ Σ k λ²
     and the force Σ k λ. (A few points of flat facets on a sharp edge are deeper at any stiffness.)

@@ -51,8 +51,8 @@ def check_facing(scene: Scene) -> Iterator[Finding]:
 def two_layers(pair: Pair, state: State) -> Iterator[Finding]:
     """Report slaves with both sides in contact, each with more than `_MIN_SHARE` of the force.
 
-    The two sides must face in opposite directions; points of contact other than nodes are not
-    examined.
+    The two sides must face in opposite directions; contacts with points other than nodes are
+    not examined.
     """
     slave, rows = pair.slave, np.flatnonzero(state.in_contact[: len(pair.slave)])
     if slave.facets is None or len(rows) == 0 or pair.contact.quadrature != "nodes":

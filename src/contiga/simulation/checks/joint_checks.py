@@ -55,7 +55,10 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
 
 
 def joint_notes(model: Model) -> list[str]:
-    """Return a note on redundant constraints, which planar loops of revolute joints always have."""
+    """Return a note on redundant constraints, which planar loops of revolute joints always have.
+
+    The list is empty if there are none.
+    """
     if not model.joints or not model.joint_fit.redundant:
         return []
     fit = model.joint_fit

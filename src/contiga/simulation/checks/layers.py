@@ -41,7 +41,7 @@ def layers_of(contact: Contact) -> list[Layer]:
 
 
 def _layers(law: object, contact: Contact) -> list[Layer]:
-    """Return the layer of a law, at most one; that of a combined law if both sides have one."""
+    """Return the layer of a law, at most one; of a combined law if both sides have a thickness."""
     if isinstance(law, CombinedLaw):
         # The law divides the penetration between the sides, so their thicknesses add up.
         slave, master = _layer(law.slave, contact), _layer(law.master, contact)

@@ -91,7 +91,7 @@ def elements_of(name: str, parts: Sequence[Part]) -> str:
 
 
 def _check_units(where: str, elements: str, part: Part, fmt: Quantities) -> Iterator[Finding]:
-    """Report a density that is impossible, or else a modulus or wave speed that is."""
+    """Report an impossible density, or else an impossible modulus or wave speed."""
     wave_modulus = part.material.coefficients(part.kind, part.across).wave_modulus
     density, modulus = part.density * fmt.si(-3, 1, 0), wave_modulus * fmt.si(-1, 1, -2)
     # With a thickness or section of one the density is a mass per area or per length.
@@ -123,7 +123,10 @@ def _check_units(where: str, elements: str, part: Part, fmt: Quantities) -> Iter
 
 
 def _check_rates(where: str, elements: str, part: Part, scene: Scene) -> Iterator[Finding]:
-    """Report rates of foams outside `_RATE_RANGE`, and rates smoothed over more than the run."""
+    """Report the largest rate of a foam outside `_RATE_RANGE`, and smoothing longer than the run.
+
+    The range is tested only if the case has units.
+    """
     if not (isinstance(part.material, Foam) and part.material.rates):
         return
     fmt, stepping = scene.fmt, scene.model.stepping

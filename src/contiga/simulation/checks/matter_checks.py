@@ -29,8 +29,8 @@ def added_masses(nodes: NodeMover) -> tuple[AddedMass, ...]:
 def check_matter(scene: Scene) -> Iterator[Finding]:
     """Report defects of slaves of elements that need no run to be seen.
 
-    These are tables that hold no direction, a step above the critical one of the elements, mass
-    scaling above `ADDED_MASS_TOL`, and active nodes in no element.
+    These are tables that hold no direction, equal steps above the critical one of the elements,
+    mass scaling above `ADDED_MASS_TOL`, and active nodes in no element.
     """
     model, stepping = scene.model, scene.model.stepping
     if not model.mechanism.deforms:

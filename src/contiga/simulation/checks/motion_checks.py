@@ -50,10 +50,10 @@ def _normals_point_inward(pair: Pair) -> bool:
 
 
 def _starts_inside(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
-    """Report points that are on the contact side at the start, by the likeliest cause.
+    """Report points that start inside or behind the body, by the likeliest cause.
 
-    It is normals that point inward, then a free side on the wrong side, else the placement. Points
-    in contact at the start are reported only for the first two.
+    The cause is normals that point inward, then a free side on the wrong side, else the placement.
+    Points in contact at the start are reported only for the first two.
     """
     start = pair.dry_runs[0]
     rows = start.inside

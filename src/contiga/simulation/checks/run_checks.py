@@ -69,7 +69,8 @@ def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Findin
 def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
     """Return findings about contacts in the state at the greatest force.
 
-    A contact of fewer than `_MIN_FACETS_ACROSS` facets across is too coarse; see also `two_layers`.
+    A contact at nodes of fewer than `_MIN_FACETS_ACROSS` facets across is too coarse; see also
+    `two_layers`.
     """
     scene = Scene(model)
     findings: list[Finding] = []
@@ -100,8 +101,8 @@ def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
 def notes_on(model: Model, history: Columns) -> list[str]:
     """Return notes on forces: a law sets the sum of magnitudes, the history has the resultant.
 
-    A note is made if they differ by more than `_RESULTANT_TOL` at the greatest force, for force
-    laws without hysteresis and friction.
+    A note is made if the sum is larger by more than `_RESULTANT_TOL` at the greatest force, for
+    force laws without hysteresis and friction.
     """
     scene, notes = Scene(model), []
     for pair in scene.pairs:
@@ -130,7 +131,7 @@ def notes_on(model: Model, history: Columns) -> list[str]:
 
 
 def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray]:
-    """Return the columns of one contact in the history, and the times."""
+    """Return the columns of one contact that the checks need, without its prefix, and the times."""
     prefix = column_prefixes(model)[pair.part.name]
     names = (
         *("n_contact", "n_tunnelled", "max_penetration", "force"),

@@ -122,7 +122,8 @@ class Pair:
     def times(self) -> FloatArray:
         """Times (k,) of the run between which the sides rotate little relative to each other.
 
-        They include planned steps and all rows of the motions' tables.
+        They include up to `PLANNED` planned steps and all rows of the motions' tables. If these are
+        too many for `MAX_TIMES`, rotations may be larger and rows left out: see `followed`.
         """
         times = np.union1d(spread(self.model.stepping.planned(), PLANNED), self._table_times)
         if len(times) > MAX_TIMES:
@@ -219,7 +220,7 @@ class Pair:
         return pose.compose(pose.translation(displacement), turn)
 
     def relative_at(self, time: float) -> FloatArray | None:
-        """Return the pose (4, 4) of the slave in the master's axes; None where it deforms."""
+        """Return the pose (4, 4) of the slave in the master's axes; None where `_slave_pose` is."""
         if time not in self._relative:
             slave_pose = self._slave_pose(time)
             self._relative[time] = (
@@ -231,7 +232,7 @@ class Pair:
 
     @cached_property
     def relative(self) -> FloatArray | None:
-        """Poses (k, 4, 4) of the slave in the master's axes at `times`; None where it deforms."""
+        """Poses (k, 4, 4) of the slave in the master's axes at `times`; None if it is not rigid."""
         poses = [self.relative_at(float(time)) for time in self.times]
         if poses[0] is None:
             return None
@@ -239,7 +240,10 @@ class Pair:
 
     @cached_property
     def shown_times(self) -> FloatArray:
-        """Times (k,) of the search: STANDINGS planned ones, and rows of the motions' tables."""
+        """Times (k,) of the search: up to `STANDINGS` planned ones, and as many rows of tables.
+
+        Where the slave does not move rigidly they are up to `_STANDINGS_FROM_FILES` planned ones.
+        """
         is_read = self.relative_at(float(self.model.stepping.start)) is None
         times = spread(
             self.model.stepping.planned(), _STANDINGS_FROM_FILES if is_read else STANDINGS

@@ -77,7 +77,8 @@ def comes_from_behind(pair: Pair, fmt: Quantities) -> Iterator[Finding]:
 def met_from_behind(pair: Pair, last: SystemState, *, met: bool) -> Iterator[Finding]:
     """Report slaves behind an open face at the start that met or passed it in the run.
 
-    If the face has turned round in the run, they may have met correctly.
+    Nothing is reported if the face has turned by more than a right angle in the run: they may have
+    met correctly.
     """
     if pair.foretold or pair.body.closed or not starts_behind(pair):
         return
@@ -95,7 +96,10 @@ def met_from_behind(pair: Pair, last: SystemState, *, met: bool) -> Iterator[Fin
 
 
 def _gaps(pair: Pair, points: FloatArray, X_WB: FloatArray) -> FloatArray:
-    """Return the gaps (k,) of active points with feet within an open face, without points on it."""
+    """Return the gaps (k,) of points with feet within an open face, without points on it.
+
+    At most `MAX_POINTS` active points are measured.
+    """
     rows = np.flatnonzero(pair.slave.active & np.isfinite(points).all(axis=1))
     p_B = to_body(X_WB, np.ascontiguousarray(points[spread(rows, MAX_POINTS)]))
     feet = empty_projection(len(p_B))
