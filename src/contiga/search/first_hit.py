@@ -37,7 +37,8 @@ def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
     -------
     Hit
         fraction τ, NaN with status NO_HIT where the path does not enter; AT_START where it
-        starts on the surface; BUDGET where the search exceeded its budget, with its best hit.
+        enters at its start; NOT_FINITE for ends that are not finite; BUDGET where the search
+        exceeded its budget, with the first entry found, if any.
 
     Raises
     ------
@@ -78,10 +79,10 @@ def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
 def _sides(
     surface: ExactSurface, p_B: FloatArray, rows: IntArray, band: tuple[float, float]
 ) -> ByteArray:
-    """Return sides of p_B[rows]: 1 outside, −1 inside, 0 unknown or within `band` (edge, face).
+    """Return sides (len(rows),) of p_B[rows]: 1 outside, −1 inside, 0 unknown.
 
-    Points that the grid does not decide have the sign of the gap at their closest point, if that
-    exceeds the first length of `band` at an edge or vertex, the second on a face.
+    Points that the grid does not decide have the sign of the gap at their closest point, if its
+    magnitude exceeds the first length of `band` at an edge or vertex, the second on a face.
     """
     side = surface.sides(p_B, rows).side
     unknown_rows = np.flatnonzero(side == 0)
