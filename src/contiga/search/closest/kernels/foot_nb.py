@@ -247,9 +247,9 @@ def continued_foot(tables, start, point, nearest, h):
 
     Over linked sides the walk goes on by itself. At an edge where the sides of the faces do not
     coincide, or at a trimmed edge, the adjoining faces are tried from the point on the edge, at
-    most `MAX_FACES` in turn. The status is that of `walk` inside a face, OK on a trimming curve
-    with no closer face beyond, TRIMMED if that curve is an open border, or if the foot is still
-    outside of a face at the end.
+    most `MAX_FACES` in turn. The status is that of `walk` inside a face, OK on the edge of a face
+    with no closer face beyond, TRIMMED if that edge is an open trimming curve, or if the foot is
+    still outside of a face at the end.
     """
     elements = tables.elements
     reach = math.sqrt(_distance2(tables, start, point, h))
