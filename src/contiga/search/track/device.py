@@ -40,15 +40,15 @@ class Tracked(NamedTuple):
     """Feet of n points that stay on the device from step to step."""
 
     tables: Tables
-    """Tables of the body, for the rows that come back."""
+    """Tables of the body on the host, for the rows that come back."""
     flat: FlatTables
-    """Those tables on the device."""
+    """The part of these tables on the device."""
     feet: Any
     """The members of a `Projection`, on the device."""
     before: Any
     """(n, 3) present points, on the device."""
     back: Any
-    """(n,) uint8 flags on the device: the rows of the last step that the CPU did."""
+    """(n,) uint8 flags on the device: 1 for the rows of the last step that the CPU did, else 0."""
 
 
 def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
@@ -78,7 +78,8 @@ def track(tracked: Tracked, points: Any) -> tuple[Tracked, IntArray]:
     `points` may be on the device already, as C-contiguous float64. They are not copied but kept for
     the next step: write its points to other memory.
 
-    Returns the new state, and which rows the CPU did. The feet of the given state are overwritten.
+    Returns the new state, and the indices (m,) of the rows that the CPU did. The feet of the given
+    state are overwritten.
     """
     now = _on_device(points, len(tracked.before))
     start_on_device(tracked, now)
@@ -88,7 +89,8 @@ def track(tracked: Tracked, points: Any) -> tuple[Tracked, IntArray]:
 def start_on_device(tracked: Tracked, now: Any) -> None:
     """Start the device's part of a step, without waiting for it.
 
-    It flags unfinished rows in `tracked.back`. `now` (n, 3) is on the device.
+    It overwrites finished rows of `tracked.feet` and flags the others in `tracked.back`. `now`
+    (n, 3) is on the device.
     """
     motion, results = PointMotion(tracked.before, now), FlaggedFeet(tracked.feet, tracked.back)
     launch(row_nb.track_row, len(tracked.before), tracked.flat, motion, results)
@@ -97,7 +99,7 @@ def start_on_device(tracked: Tracked, now: Any) -> None:
 def finish_on_host(tracked: Tracked, now: Any) -> tuple[Tracked, IntArray]:
     """Finish the step on the CPU for the flagged rows; return the result of `track`.
 
-    Only these rows are copied between host and device.
+    Only these rows are copied between host and device; they are overwritten in `tracked.feet`.
     """
     # The flags are fetched as one bit each.
     packed_on_device = resident(np.empty(ceil(len(tracked.back) / 8), np.uint8))

@@ -23,8 +23,8 @@ FLAGGED = 1
 def track_row(tables, motion, results, k):
     """Track row k from its foot in `results` (FlaggedFeet), which the new one replaces.
 
-    `motion` is a `PointMotion`. The row is flagged and not written if no foot is found here, or its
-    neighbourhood does not prove it.
+    `motion` is a `PointMotion`. results.back[k] becomes FLAGGED, and the foot stays, if no new foot
+    is found here or its neighbourhood does not prove it; else 0.
     """
     before, points = motion.before, motion.now
     out, back = results.feet, results.back
