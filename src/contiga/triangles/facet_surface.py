@@ -36,7 +36,7 @@ class FacetedSurface(NamedTuple):
 
     tables: Tables
     smooth: bool
-    """Whether normals are those of the vertices, interpolated."""
+    """Whether normals are interpolated from the normals of the vertices."""
 
     @property
     def closed(self) -> bool:

@@ -34,8 +34,8 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
     vertices : (n, 3), finite
     triangles : (m, 3) indices into them, anticlockwise seen from the free side
     name : name in reports and messages
-    normals : default kind of normals at feet: "facet", the triangle's, or "vertex", those of the
-        vertices, interpolated
+    normals : default kind of normals at feet: "facet" for the triangle's normal, "vertex" for the
+        interpolated normals of its vertices
     unit : length unit of the coordinates, None if unknown
     reference_point : (3,) reference point of the wrench, length
     source : description of the cells that the triangles were made of
@@ -137,7 +137,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return self._with(reference_point=point)
 
     def like(self, name: str, unit: str | None, reference_point: ArrayLike) -> Self:
-        """Return the same mesh with name, unit and reference point of a body it replaces."""
+        """Return the same mesh with the name, unit and reference point of a body it replaces."""
         return self._with(name=name, unit=unit, reference_point=reference_point)
 
     def tessellate(self, tol: float) -> Self:

@@ -22,8 +22,8 @@ class Surroundings(NamedTuple):
     reach: FloatArray
     """(n, 4) least and greatest s, then t, of the block, in the parameters of its element."""
     bound: FloatArray
-    """(n, 9) bounds of the derivatives by these s and t over the block, in the order of `ORDERS`;
-    infinite where an element of the block is trimmed away."""
+    """(n, 9) bounds of the derivatives with respect to these s and t over the block, in the order
+    of `ORDERS`; infinite where an element of the block is trimmed away."""
 
 
 class Blocks(NamedTuple):
@@ -34,8 +34,8 @@ class Blocks(NamedTuple):
     reach: FloatArray
     """(n, 4) as in `Surroundings`."""
     scale: FloatArray
-    """(n, 9) factors from derivatives by (u, v) to derivatives by (s, t): powers of the element's
-    widths."""
+    """(n, 9) factors from derivatives with respect to (u, v) to those with respect to (s, t):
+    powers of the element's widths."""
 
 
 def blocks_of(table: Records) -> Blocks:

@@ -63,7 +63,7 @@ MIN_ELEMENTS = 100
 
 @pass_by_pointer
 class SideGrid(NamedTuple):
-    """The known sides of a closed body, in cells about its low corner; see `side_nb`."""
+    """The known sides of a closed body, in cells from a low corner on; see `side_nb`."""
 
     origin: FloatArray
     """(3,) low corner of the grid, body frame."""
@@ -119,9 +119,9 @@ class Layout(NamedTuple):
 
 
 def layout(bounds: FloatArray, n_elements: int) -> Layout:
-    """Return the cells over the (2, 3) box `bounds` of a body with `n_elements` elements.
+    """Return the `Layout` of cells over the (2, 3) box `bounds` of a body of `n_elements` elements.
 
-    They are cubes, about `CELLS_PER_ELEMENT` an element and `MIN_CELLS` to 1.3 `MAX_CELLS` in all.
+    Cells are cubes, about `CELLS_PER_ELEMENT` for each element, at most 1.3 `MAX_CELLS` in all.
     The grid is more than one cell larger than the box on all sides, so that its corners, and points
     outside of it, are away from the surface.
     """

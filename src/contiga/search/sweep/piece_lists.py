@@ -56,7 +56,7 @@ class PieceLists(NamedTuple):
     listed: IntArray
     """Rows of `pieces`."""
     pieces: FloatArray
-    """(n, 11) boxes and slabs of the pieces about the origin, see `side_pieces_nb`."""
+    """(n, 11) boxes and slabs of the pieces relative to `origin`, see `side_pieces_nb`."""
 
 
 NO_LISTS = PieceLists(

@@ -1,4 +1,4 @@
-"""Feet of points on a body: the closest points, or those continued from the last step."""
+"""Feet of points on a body: the closest points, or feet continued from the last step."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ NO_CHILD = 2147483647
 
 @inner()
 def _quickselect(values, order, start, stop, place):
-    """Partly sort order[start:stop] by `values`: no larger one before `place`, no smaller after."""
+    """Partly sort order[start:stop] by `values`: none larger before `place`, none smaller after."""
     low = start
     high = stop - 1
     while low < high:

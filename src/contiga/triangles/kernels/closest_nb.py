@@ -275,9 +275,10 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
 
 @kernel()
 def box_distance(facets, points, rows, reach, start, stop):
-    """Write the distance of points[k] to the nearest box of a triangle to reach[k].
+    """Write the distance of points[k] from the nearest box of a triangle to reach[k].
 
-    For k in rows[start:stop]; infinite for points that are not finite.
+    The rows k are rows[start:stop]. The distance is zero inside a box, infinite for points that are
+    not finite.
     """
     nodes = stack_int64(MAX_PENDING)
     bounds = scratch(MAX_PENDING)

@@ -18,7 +18,7 @@ from contiga.triangles.kernels.facet_nb import VERTICES, A, B, C, N
 LENGTH_TOL = 1e-9
 """Relative difference of lengths that count as equal."""
 MIN_LENGTH = 10.0
-"""Length of a vector that has a direction, in lengths below which points are one."""
+"""Least length of a vector that has a direction, in lengths below which two points are one."""
 
 
 @inner()

@@ -15,7 +15,7 @@ MAX_AROUND = 64
 POLE_SAMPLES = 8
 """Number of intervals along a collapsed side in which the deepest descent is searched."""
 PARAMETER_TOL = 1e-9
-"""Difference of parameters (s, t) below which two places are one."""
+"""Difference of parameters (s, t) below which two places count as one place."""
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 MAX_SECTIONS = 30
 

@@ -2,8 +2,8 @@
 
 They measure the depth of a point that the nearest wall of a body must not push, because it is
 opposite to the wall that holds the point. At a kink the normal is the direction to the foot. The
-search starts from the foot that a walk from the last one comes to, and finds that one or a nearer
-one.
+search starts from the foot at the end of a walk from the last foot, and finds that foot or a nearer
+foot.
 """
 
 from __future__ import annotations

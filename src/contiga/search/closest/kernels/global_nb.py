@@ -286,9 +286,9 @@ def _faces_away(h, half, b, scope):
 
 @inner()
 def _has_kink(elements, e, first_side, x):
-    """Return whether element e ends or has a kink at the side x = ±1/2 of one of its parameters.
+    """Return whether element e ends or has a kink at the side x = ±1/2 of a parameter.
 
-    The parameter is the one whose sides are `first_side` and the next; a round pole is no kink.
+    It is the parameter with the sides `first_side` and `first_side` + 1; a round pole is no kink.
     """
     side = first_side + (1 if x > 0.0 else 0)
     kind = elements.table[e]["kind"][side]

@@ -200,7 +200,7 @@ def project_global(tables, points, rows, within, out, start, stop):
 
 @kernel()
 def project_proved(tables, balls, points, rows, within, out, start, stop):
-    """Write the same as `project_global`; touching `balls` of the body prove most guesses."""
+    """Write the same as `project_global`; guesses inside touching `balls` need no search."""
     h = scratch(4, 6)
     nearest = scratch(4)
     for i in range(start, stop):

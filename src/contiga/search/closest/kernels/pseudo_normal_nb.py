@@ -112,7 +112,7 @@ def _add_elements(tables, foot, only, total, h):
 
 @inner()
 def _is_point(trims, patch, p, q):
-    """Return whether two places (u, v) of a patch are one: see `CORNER_TOL`."""
+    """Return whether two places (u, v) of a patch coincide to within `CORNER_TOL`."""
     domain = trims.domain[patch]
     u = abs(q[0] - p[0])
     v = abs(q[1] - p[1])

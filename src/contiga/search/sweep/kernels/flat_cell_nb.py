@@ -14,7 +14,7 @@ def _passage(box, line, pad):
     """Return the range of x (low, high) in which a line is over a rectangle; low > high for none.
 
     The rectangle is `box` (s0, s1, t0, t1) widened by `pad` (2,). `line` (4,) is (s, t) at x = 0
-    and their derivatives by x.
+    and their derivatives with respect to x.
     """
     low, high = -math.inf, math.inf
     for c in range(2):

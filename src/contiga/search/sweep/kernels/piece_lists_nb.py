@@ -81,8 +81,9 @@ def _misses_piece(piece, a, b, spare):
 def is_clear(lists, p, q, spare):
     """Return whether the path p → q is known to cross nothing, to `spare` beyond its ends.
 
-    Unknown is False: longer than `MAX_VOXELS`, out of the grid, near more than `MAX_PIECES` pieces,
-    not finite, or without lists.
+    False if that is unknown: the path passes more than `MAX_VOXELS` voxels or leaves the grid, a
+    voxel has more than `MAX_PIECES` pieces, the path may meet a piece or is not finite, or there
+    are no lists.
     """
     if not spare <= lists.reach:
         return False

@@ -101,9 +101,10 @@ def start_lane(bank, l, place, element, o, k):
 
 @inlined()
 def newton_round(bank, l, x, y, z, tolerance):
-    """Do one Newton round of lane l with the derivatives x, y, z of the surface's coordinates.
+    """Do one Newton round of lane l with the coordinates x, y, z and their derivatives.
 
-    See `newton_step`; lanes that are not ACTIVE keep their state.
+    Writes place, smallest squared distance and state by `newton_step` to the bank; a lane that is
+    not ACTIVE stays as it is.
     """
     n = BANK_WIDTH
     place = (bank[ROW_S * n + l], bank[ROW_T * n + l])
@@ -323,7 +324,7 @@ def load_neighbourhoods(neighbourhoods, e, lanes, banks):
 
 @inlined()
 def load_four_neighbourhoods(neighbourhoods, elements, bank, l):
-    """Load the neighbourhoods of four feet into lanes l … l + 3; `elements` are theirs."""
+    """Load the neighbourhoods of four feet in four `elements` into lanes l … l + 3 of a bank."""
     records = (
         _neighbourhood_offset(elements[0], bank, l),
         _neighbourhood_offset(elements[1], bank, l + 1),

@@ -97,7 +97,7 @@ def _prefetch_head(table, e):
 
 @inner(linked=False)
 def enqueue(tables, e, records, row, queue, n):
-    """Add a row of element e to the queue, behind n others, with its start as its place."""
+    """Add a row of `records`, with its start (u, v) in element e, to the queue behind n others."""
     lanes, slots = queue.lanes, queue.slots
     bank, l = lanes[n // BANK_WIDTH], n % BANK_WIDTH
     for c in range(N_INPUTS):

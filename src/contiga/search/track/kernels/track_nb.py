@@ -212,7 +212,7 @@ def track_chunks(tables, path, starts, size, records, pending, out, chunks):
 
 @kernel()
 def continue_pending(tables, points, pending, m, out):
-    """Find the feet of the first m pending rows without one, by walks and searches, into `out`.
+    """Write feet of the first m pending rows that have none to `out`, by walks and searches.
 
     Rows whose walk reaches no minimum, because it does not converge or ends on a maximum of the
     distance, get the closest point and the status BRANCH_EVENT; their flags become HAS_ENDED.
