@@ -24,9 +24,9 @@ def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
     Interval Newton on S(u, v) = p0 + τ (p1 − p0) over the hierarchy: the smallest τ in [0, 1] with
     (p1 − p0)·n < 0. Both ends count, and so do entries within the rounding of their coordinates:
     where one path continues another, at least one of them has the entry at their common end.
-    Complete for every length and angle. An edge belongs to both its faces within its width, twice
-    its tolerance in the file. A path that still slips between two faces of a closed body enters
-    where its closest point changes from outside to inside.
+    The search is complete for every length and angle. An edge belongs to both its faces within its
+    width, twice its tolerance in the file. A path that still slips between two faces of a closed
+    body enters where the side of its points changes from outside to inside.
 
     Parameters
     ----------

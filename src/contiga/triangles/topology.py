@@ -139,7 +139,7 @@ class _HalfEdges(NamedTuple):
     start: Ints
     """Rows of `owner` at which the half-edges of each edge start; the end last."""
     forward: Bools
-    """(3 t,) whether a half-edge runs from the lower to the higher vertex."""
+    """(3 t,) whether half-edge 3·triangle + k runs from the lower to the higher vertex."""
     crowded: list[Ints]
     """Half-edges of each edge that has more than two."""
 

@@ -52,7 +52,9 @@ class Tracked(NamedTuple):
 
 
 def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
-    """Put the tables of a body on the device, with the feet of `points` (n, 3), body frame.
+    """Put the tables of a body and the feet of `points` (n, 3), body frame, on the device.
+
+    Returns the state for `track`.
 
     Raises
     ------
@@ -68,7 +70,7 @@ def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
 
 
 def flat(tables: Tables) -> FlatTables:
-    """Return the part of the tables that threads read, put on the device."""
+    """Return the part of the tables that threads read, as arrays on the device."""
     return FlatTables(*resident(FlatTables(*(getattr(tables, f) for f in FlatTables._fields))))
 
 

@@ -147,8 +147,8 @@ def _pieces_near_path(trims, piece_width, place, x, form, widths, carrier):
     """Find the trimming pieces that the path passes within their width.
 
     Returns their largest width, zero for none; whether the path is within the own width of one of
-    them (not just the least width); the (u, v) on the nearest such piece along the path, `place` if
-    there is none; and the signed distance along the path to where its width begins, else zero. Only
+    them (not just the least width); the (u, v) on the nearest such piece along the path, or `place`
+    if there is none; and the signed distance along the path to where its width begins, else zero. Only
     pieces in a window of the patch around `place` are tested, at most `MAX_WINDOW` wide. `place`
     (u, v) is where the path meets the carrier, at `x`; `form` is the surface about it. `widths` are
     the largest width, and the least width of a piece with an adjoining face; `carrier` is that of

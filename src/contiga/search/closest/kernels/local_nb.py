@@ -72,7 +72,7 @@ def newton(q):
 def newton_along(g, curvature, metric):
     """Return Newton's step of one variable with the derivative g.
 
-    The metric replaces a curvature that is not positive, or hardly.
+    The metric replaces a curvature that is not positive (`MIN_EIGENVALUE`).
     """
     return -g / (curvature if curvature > MIN_EIGENVALUE * metric else metric)
 

@@ -66,10 +66,10 @@ def newton_step(place, progress, p, x, y, z, tolerance):
     """Run one round for the point p from place = (s, t), with the derivatives x, y, z there.
 
     `progress` is (square of the distance that may not be exceeded, state), `tolerance` the square
-    of the accepted tangential miss. Returns s, t, the square of the distance, and the state:
-    REJECTED, with the place unchanged, near a pole, without a definite Hessian, or if f does not
-    fall; LEFT where the step ends outside of the element. A state other than ACTIVE changes
-    nothing.
+    of the accepted tangential miss. Returns the new s and t, the square of the distance at the old
+    place, and the new state: DONE after a last step; REJECTED, with the place unchanged, near a
+    pole, without a definite Hessian, or if the distance has not fallen; LEFT where the step ends
+    outside of the element; else ACTIVE. With another state than ACTIVE nothing changes.
     """
     s, t = place
     best, state = progress

@@ -54,8 +54,8 @@ def _newton(element, place, best, p, tolerance):
     """Run Newton's method in one element from place = (s, t); `p` is relative to its origin.
 
     It ends after `ROUNDS` rounds. `best` is the square of the distance that may not be exceeded,
-    `tolerance` the square of the accepted tangential miss. Returns (s, t), the square of the
-    distance, the state (DONE, or why not), and the `FootRecord`, also relative to the origin.
+    `tolerance` the square of the accepted tangential miss. Returns (s, t), the new `best`, the
+    state (DONE, or why not), and the `FootRecord`, also relative to the origin.
     """
     k, centre = element["cubic"], element["about"]
     rational = element["form"] == RATIONAL_CUBIC

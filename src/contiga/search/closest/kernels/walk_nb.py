@@ -50,8 +50,8 @@ POLE_RADIUS = 1e-2
 def _pressed(q, s, t, miss):
     """Return the sides of s and of t across which f falls by more than `miss` per length.
 
-    They are (0 or 1, 2 or 3), −1 for none. On a collapsed side every direction that does not lead
-    down counts: others may.
+    They are (0 or 1, 2 or 3), −1 for none. At a collapsed side the foot counts as pressed unless f
+    falls inwards: f may fall in another direction from there.
     """
     g_s, g_t, a, b = q.f_s, q.f_t, q.square_s, q.square_t
     limit_s = miss * math.sqrt(a)

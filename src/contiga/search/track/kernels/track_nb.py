@@ -110,9 +110,10 @@ def track_lanes(tables, path, starts, chunk, records, pending, m, out):
     work table with at least as many rows as the chunk. The feet go to `out`, which may contain the
     starts. Returns the number of pending rows, m of them from before: see `collect_rows`.
 
-    A row is flagged for the careful walk if it does not descend, its element is trimmed away at the
-    foot or of too high a degree, or it leaves over a side that is not smooth. Feet are proved if
-    the previous points are known and the tables have neighbourhoods.
+    A row without a start is flagged TO_SEARCH. A row is flagged TO_WALK if Newton's method does not
+    converge, if its element is trimmed away at the foot or of too high a degree, or if it leaves
+    over a side that is not smooth, or leaves a second element. Feet are proved only if the previous
+    points are known and the tables have neighbourhoods.
     """
     element_of, counts = fill_records(tables, path, starts, chunk, records)
     order, blocks = order_rows(element_of, counts)
