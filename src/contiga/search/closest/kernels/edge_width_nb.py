@@ -148,11 +148,11 @@ def _pieces_near_path(trims, piece_width, place, x, form, widths, carrier):
 
     Returns their largest width, zero for none; whether the path is within the own width of one of
     them (not just the least width); the (u, v) on the nearest such piece along the path, or `place`
-    if there is none; and the signed distance along the path to where its width begins, else zero. Only
-    pieces in a window of the patch around `place` are tested, at most `MAX_WINDOW` wide. `place`
-    (u, v) is where the path meets the carrier, at `x`; `form` is the surface about it. `widths` are
-    the largest width, and the least width of a piece with an adjoining face; `carrier` is that of
-    `_pass_at`.
+    if there is none; and the signed distance along the path to where its width begins, else zero.
+    Only pieces in a window of the patch around `place` are tested, at most `MAX_WINDOW` wide.
+    `place` (u, v) is where the path meets the carrier, at `x`; `form` is the surface about it.
+    `widths` are the largest width, and the least width of a piece with an adjoining face; `carrier`
+    is that of `_pass_at`.
     """
     max_width, min_width = widths
     elements, e = carrier[0], carrier[1]

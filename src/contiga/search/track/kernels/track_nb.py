@@ -111,9 +111,9 @@ def track_lanes(tables, path, starts, chunk, records, pending, m, out):
     starts. Returns the number of pending rows, m of them from before: see `collect_rows`.
 
     A row without a start is flagged TO_SEARCH. A row is flagged TO_WALK if Newton's method does not
-    converge, if its element is trimmed away at the foot or of too high a degree, or if it leaves
-    over a side that is not smooth, or leaves a second element. Feet are proved only if the previous
-    points are known and the tables have neighbourhoods.
+    converge, if its element or its foot is trimmed away, if the element's degree is too high, or if
+    it leaves over a side that is not smooth, or leaves a second element. Feet are proved only if
+    the previous points are known and the tables have neighbourhoods.
     """
     element_of, counts = fill_records(tables, path, starts, chunk, records)
     order, blocks = order_rows(element_of, counts)
