@@ -12,7 +12,7 @@ from contiga.search.sides.side_grid import SideGrid
 
 @pass_by_pointer
 class ContactTables(NamedTuple):
-    """The tables of a closed body of patches."""
+    """The tables of a body of patches; sides are unknown on an open body."""
 
     body: Tables
     grid: SideGrid

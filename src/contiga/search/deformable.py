@@ -70,11 +70,11 @@ class DeformedSurface(ExactSurface):
         return surroundings_of(self.blocks, self.tables.leaves)
 
     def closest_from(self, starts: SurfacePlaces, p_B: FloatArray, out: Projection) -> None:
-        """Write the closest points of p_B (k, 3) to `out`, from feet on another shape.
+        """Write the closest points of p_B (k, 3) to `out` (k rows), from feet on another shape.
 
-        A start of patch −1 is none. Rows whose foot near the start is not proved the closest are
-        searched by branch and bound, so the result has the same proof as that of `closest`, in less
-        time.
+        `starts` (k rows) are these feet, of patch −1 for none. Rows whose foot near the start is
+        not proved the closest are searched by branch and bound, so the result has the same proof as
+        that of `closest`, in less time.
         """
         run_ranges(
             nearest_nb.project_from,
@@ -107,15 +107,15 @@ class DeformedSurface(ExactSurface):
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Continue feet from another shape; rows of patch −1 get their closest points.
+        """Write feet of p_B to `out`, continued from `patch`, `uv` on another shape.
 
-        Whether feet are on the same branch is not proved: `before` is ignored, and none is
-        certified by it.
+        Rows of patch −1 get their closest points. Whether feet are on the same branch is not
+        proved: `before` is ignored, and no continued foot is certified.
         """
         super().track(p_B, patch, uv, out)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
-        """Return the sides of points that follow from boxes alone.
+        """Return the sides of p_B[rows] that follow from boxes alone, one row for each of `rows`.
 
         A point beyond the box of a closed body is outside, with its distance from the nearest
         leaf's box as reach; all other sides are unknown (0, reach 0).
@@ -131,7 +131,7 @@ class DeformedSurface(ExactSurface):
         return Sides(side, reach)
 
     def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """Return False for all rows: no path is known to be clear."""
+        """Return False for each of `rows`: no path is known to be clear."""
         return np.zeros(len(rows), np.bool_)
 
     def last_crossings_from(
@@ -139,8 +139,8 @@ class DeformedSurface(ExactSurface):
     ) -> tuple[Hit, ByteArray]:
         """Return the last crossings of points from `a_B` to `b_B` (n, 3) while the surface moves.
 
-        It moves from the shape `before` to this one; see `moving_nb`. The result is that of
-        `last_crossings`, with places on this shape, one row a point.
+        It moves from the shape `before` to this one; see `moving_nb`. Returns hits on this shape
+        and senses, one row a point, as `last_crossings` does.
         """
         table, coefs = self.tables.elements
         change = (coefs - before.tables.elements.coefs).reshape(-1, 4)
@@ -191,8 +191,8 @@ class Deformable:
     def at(self, control_points: FloatArray) -> DeformedSurface:
         """Return the search on the shape of control points (m, 3), body axes, length.
 
-        The last two shapes are cached: equal control points return the same object. Others compute
-        elements and hierarchy anew.
+        The last two shapes are cached: their control points return the same object. For others
+        elements and hierarchy are computed anew.
 
         Raises
         ------
@@ -232,8 +232,8 @@ def extent_of(points: FloatArray) -> float:
 def deformable_of(body: Faces) -> Deformable:
     """Return the common part of all shapes of `body`, computed at the first call.
 
-    Whether sides stay together is tested with random displacements of the control points,
-    `JOINT_SHIFT` of the body's size: sides farther apart than `JOINT_TOL` would come apart.
+    Joined sides must stay together under random displacements of the control points, by
+    `JOINT_SHIFT` of the body's size: sides then farther apart than `JOINT_TOL` are refused.
 
     Raises
     ------

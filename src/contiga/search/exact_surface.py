@@ -80,9 +80,10 @@ class ExactSurface:
         starts: SurfacePlaces,
         out: Projection,
     ) -> None:
-        """Write the closest feet that face their guards, by branch and bound, one row a point.
+        """Write the closest feet that face their `guards` (n, 3) to `out`, one row a point.
 
-        A point without such a foot gets the status MAX_ITERATIONS; see `facing_nb`.
+        The search is branch and bound within `limits`, bounded first by walks from `starts`. A
+        point without such a foot gets the status MAX_ITERATIONS; see `facing_nb`.
         """
         query = self.tables, p_B, guards, limits, starts, out
         run_ranges(facing_nb.project_facing, len(p_B), MIN_GUARDED, *query)
@@ -95,15 +96,15 @@ class ExactSurface:
         out: Projection,
         before: FloatArray | None = None,
     ) -> None:
-        """Continue feet over elements, seams and edges; rows of patch −1 get their closest points.
+        """Write feet of p_B to `out`, continued from `patch`, `uv` over elements, seams and edges.
 
-        Feet are certified where the quick proof holds, if the previous points `before` (n, 3) are
-        given.
+        Rows of patch −1 get their closest points. Continued feet are certified where the quick
+        proof holds, if the previous points `before` (n, 3) are given.
         """
         project.track(self.tables, p_B, SurfacePlaces(patch, uv), out, before)
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """Write slopes at feet by the curvature of the faces and edges; zero rates at vertices."""
+        """Write slopes at `feet` to `out`, one row a point, by the curvature of faces and edges."""
         run_ranges(slopes_nb.slopes, len(p_B), MIN_POINTS, self.tables, p_B, feet, out)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
@@ -140,20 +141,26 @@ class ExactSurface:
         run_ranges(safe_distance_nb.box_distance, len(rows), MIN_POINTS, *query)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
-        """Return the sides of p_B[rows] by the cells of a grid; all are unknown on an open body."""
+        """Return the sides of p_B[rows] by the cells of a grid, one row for each of `rows`.
+
+        Unknown near the surface, and for all points if the body is open.
+        """
         return side_grid.side_of(self._grid, p_B, rows)
 
     def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """Return whether paths are proved clear, by the cells of a grid that they pass."""
+        """Return (len(rows),) whether paths a_B[rows] → b_B[rows] are proved to meet no surface.
+
+        The cells of a grid that a path passes decide; False does not mean that it meets one.
+        """
         return side_grid.clear_paths(self._grid, a_B, b_B, rows)
 
     @cached_property
     def contact_tables(self) -> ContactTables | None:
-        """The tables with the touching balls and the grid of sides, built at the first use."""
+        """The search tables, the grid of sides and the touching balls, built at the first use."""
         return ContactTables(self.tables, self._grid, balls_of(self.tables))
 
     def _lists(self, n_paths: int) -> PieceLists:
-        """Return the lists of pieces near paths, if they pay with `n_paths` more paths."""
+        """Return the lists of pieces if they pay with `n_paths` more paths, else `NO_LISTS`."""
         return lists_of(self.tables, n_paths)
 
     @property

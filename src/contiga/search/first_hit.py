@@ -24,9 +24,9 @@ def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
     Interval Newton on S(u, v) = p0 + τ (p1 − p0) over the hierarchy: the smallest τ in [0, 1] with
     (p1 − p0)·n < 0. Both ends count, and so do entries within the rounding of their coordinates:
     where one path continues another, at least one of them has the entry at their common end.
-    Complete for every length and angle. An edge belongs to both its faces within its width, twice
-    its tolerance in the file. A path that still slips between two faces of a closed body enters
-    where its closest point changes from outside to inside.
+    The search is complete for every length and angle. An edge belongs to both its faces within its
+    width, twice its tolerance in the file. A path that still slips between two faces of a closed
+    body enters where the side of its points changes from outside to inside.
 
     Parameters
     ----------
@@ -37,7 +37,8 @@ def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
     -------
     Hit
         fraction τ, NaN with status NO_HIT where the path does not enter; AT_START where it
-        starts on the surface; BUDGET where the search exceeded its budget, with its best hit.
+        enters at its start; NOT_FINITE for ends that are not finite; BUDGET where the search
+        exceeded its budget, with the first entry found, if any.
 
     Raises
     ------
@@ -78,10 +79,10 @@ def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
 def _sides(
     surface: ExactSurface, p_B: FloatArray, rows: IntArray, band: tuple[float, float]
 ) -> ByteArray:
-    """Return sides of p_B[rows]: 1 outside, −1 inside, 0 unknown or within `band` (edge, face).
+    """Return sides (len(rows),) of p_B[rows]: 1 outside, −1 inside, 0 unknown.
 
-    Points that the grid does not decide have the sign of the gap at their closest point, if that
-    exceeds the first length of `band` at an edge or vertex, the second on a face.
+    Points that the grid does not decide have the sign of the gap at their closest point, if its
+    magnitude exceeds the first length of `band` at an edge or vertex, the second on a face.
     """
     side = surface.sides(p_B, rows).side
     unknown_rows = np.flatnonzero(side == 0)

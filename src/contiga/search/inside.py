@@ -20,12 +20,12 @@ DIRECTIONS = np.array([[0.8, 0.53, 0.29], [-0.37, 0.84, 0.4], [0.21, -0.48, 0.85
 
 
 def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether points (n,) lie inside a closed body, or behind an open one's nearest face.
+    """Return (n,) whether points lie inside a closed body, or behind an open one's nearest face.
 
     The sign of the gap at the closest point decides; a gap of zero is inside. If that search
-    exceeds its budget, the last crossing of a path from outside a closed body decides. A point
-    whose closest point is on a border of an open body is not behind it, nor is one that is not
-    finite.
+    exceeds its budget or does not converge, the last crossing of a path from outside a closed body
+    decides. A point whose closest point is on a border of an open body is not behind the body, nor
+    is a point that is not finite.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:
     Warns
     -----
     ContigaWarning
-        Neither decides the side of a point: it is that of the best foot.
+        Neither decides the side of a point: the gap of its best foot then does, without proof.
     """
     p_B = as_points(points)
     feet = project(body, p_B)

@@ -60,7 +60,7 @@ def check_size(body: Faces) -> None:
 
 
 def check_extent(size: float, name: str) -> None:
-    """Refuse a size as `check_size` does, with its GeometryError, for a body `name`."""
+    """Raise the GeometryError of `check_size` for a body `name` whose `size` is out of range."""
     if not MIN_SIZE <= size <= MAX_SIZE:
         raise GeometryError(
             "the body's size cannot be computed with",
@@ -73,7 +73,8 @@ def check_extent(size: float, name: str) -> None:
 def _build(body: Faces) -> Tables:
     """Build the tables of a body, with empty seeds and neighbourhoods.
 
-    Its sides are joined, marked as SHARED where a trimmed patch goes on, and given their widths.
+    Sides of elements are joined, marked as SHARED where another face continues a trimmed patch, and
+    given their widths.
     """
     trims = body.trim_tables
     elements, grid = elements_of(body, trims)

@@ -21,9 +21,10 @@ class Condition(NamedTuple):
     doubled: int
     """Repeated triangles of the same sense: the first counts."""
     back_to_back: int
-    """Pairs of triangles with the same corners that face opposite ways: no master."""
+    """Pairs of triangles with the same corners that face opposite ways; they are refused in a
+    master."""
     turned_edges: int
-    """Edges whose two triangles face opposite ways: no master."""
+    """Edges whose two triangles face opposite ways; they are refused in a master."""
     crowded_edges: int
     """Edges at which more than two triangles meet."""
     open_edges: int

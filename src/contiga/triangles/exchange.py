@@ -34,12 +34,12 @@ class Exchanged(TriangleArrays):
         ----------
         mesh : points (n, 3), or (n, 2) in the plane z = 0
         name : name in reports and messages
-        options : of `TriMesh` (`normals`, `unit`, `reference_point`, `source`)
+        options : arguments of `TriMesh` (`normals`, `unit`, `reference_point`, `source`)
 
         Raises
         ------
         MeshError
-            Cells of another kind, or a mesh that `TriMesh` refuses.
+            Cells that are neither triangles nor quadrilaterals, or a mesh that `TriMesh` refuses.
 
         Examples
         --------
@@ -94,9 +94,9 @@ class Exchanged(TriangleArrays):
 
         Parameters
         ----------
-        mesh : with `vertices` (n, 3) and `faces` (m, 3)
+        mesh : object with `vertices` (n, 3) and `faces` (m, 3)
         name : name in reports and messages
-        options : of `TriMesh` (`normals`, `unit`, `reference_point`, `source`)
+        options : arguments of `TriMesh` (`normals`, `unit`, `reference_point`, `source`)
 
         Raises
         ------
@@ -138,8 +138,8 @@ class Exchanged(TriangleArrays):
 def _split_quads(nodes: IntArray, points: FloatArray, name: str) -> IntArray:
     """Return the halves (2 m, 3) of quadrilaterals (m, 4), each cut by its shorter diagonal.
 
-    Of equal diagonals the one of the first corner cuts. Raises MeshError for nodes that are no
-    points.
+    If the diagonals are equal, the one from the first corner cuts. Raises MeshError for nodes that
+    are no rows of `points`.
     """
     is_outside = (nodes < 0) | (nodes >= len(points))
     if is_outside.any():

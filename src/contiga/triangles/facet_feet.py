@@ -45,17 +45,17 @@ def project(
         a foot (patch −1) are projected globally.
     mode : "global" for the closest point of the mesh, "track" for the local minimum that walking
         over adjoining triangles from `start` ends at
-    normals : "facet": the triangle's; on an edge or a corner the direction to the point, on the
-        side of the angle-weighted normals. "vertex": the angle-weighted normals of the vertices,
-        interpolated. That of the mesh if omitted.
+    normals : "facet" for the triangle's normal inside it, and on an edge or a corner the direction
+        to the point, on the side of the angle-weighted normals; "vertex" for the angle-weighted
+        normals of the vertices, interpolated. The mesh's own kind if omitted.
     out : a `Projection` of n rows that is filled and returned; it may be `start`
 
     Returns
     -------
     Projection
         foot = (1 − u − v) A + u B + v C of the triangle's corners. The gap is the signed distance
-        to the foot, whatever the normals; a tracked foot on a border has the gap over its
-        triangle's plane, as on a body.
+        to the foot, whatever the normals; a tracked foot on a border has the height over its
+        triangle's plane for a gap, as on a body. A row that fails is marked in `status`.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def track(
     """Write feet of `p_M`, continued from the triangles start[0] (n,), to all rows of `out`.
 
     Rows of −1, or on a triangle without area, are searched globally. start[1] are the last
-    positions of the points (n, 3), which certify feet; None if unknown.
+    positions of the points (n, 3), None if unknown: without them no continued foot is certified.
     """
     facets = tables.facets
     patch, before = start
@@ -135,7 +135,8 @@ def closest_of_rows(
 def _is_sorted_in_space(p_M: FloatArray, rows: IntArray) -> bool:
     """Return whether the median distance of successive points is below 16/√n of their extent.
 
-    By `N_SAMPLES` pairs at most; pairs that are not finite are left out, without any it is True.
+    Fewer than 2 `N_SAMPLES` pairs are tested. Pairs that are not finite are left out; True if no
+    pair remains.
     """
     step = max(1, len(rows) // N_SAMPLES)
     first = rows[: len(rows) - 1 : step]
@@ -152,7 +153,8 @@ def contains(mesh: TriangleArrays, points: ArrayLike) -> NDArray[np.bool_]:
     """Return (n,) whether points are inside a closed mesh, or behind an open one's nearest facet.
 
     The sign of the gap at the closest point decides; a point on the surface counts as inside. A
-    point beside an open mesh, with its closest point on the border, is not behind it.
+    point beside an open mesh, with its closest point on the border, is not behind the mesh, nor is
+    a point that is not finite.
 
     Parameters
     ----------

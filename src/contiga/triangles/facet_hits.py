@@ -21,8 +21,8 @@ MIN_SEGMENTS = 512
 def first_hit(mesh: TriangleArrays, p0: ArrayLike, p1: ArrayLike) -> Hit:
     """Return where each segment p0 → p1 first enters `mesh` from its free side.
 
-    The smallest fraction τ in [0, 1] at which the path crosses a triangle against its normal,
-    both ends and all edges included; of triangles at the same fraction the first.
+    It enters at the smallest fraction τ in [0, 1] at which it crosses a triangle against its
+    normal, both ends and all edges included; of triangles at the same fraction the first counts.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def first_hit(mesh: TriangleArrays, p0: ArrayLike, p1: ArrayLike) -> Hit:
     -------
     Hit
         fraction τ, NaN with status NO_HIT where the path does not enter; AT_START where it
-        starts on the surface.
+        enters at its start; NOT_FINITE for ends that are not finite.
 
     Raises
     ------

@@ -12,9 +12,9 @@ class Queue(NamedTuple):
 
     nodes: IndexArray
     bounds: FloatArray
-    """Squared distance of each, or the position at which a path enters its box."""
+    """Squared distance of each node, or the position at which a path enters its box."""
     lane: FloatArray
-    """(WIDTH,) the same for the children of the current node."""
+    """(WIDTH,) the same numbers for the children of the current node."""
 
 
 class WalkStarts(NamedTuple):

@@ -36,7 +36,7 @@ class FacetedSurface(NamedTuple):
 
     tables: Tables
     smooth: bool
-    """Whether normals are those of the vertices, interpolated."""
+    """Whether normals are interpolated from the normals of the vertices."""
 
     @property
     def closed(self) -> bool:
@@ -71,9 +71,10 @@ class FacetedSurface(NamedTuple):
         starts: SurfacePlaces,
         out: Projection,
     ) -> None:
-        """Write the closest feet of all points that face their `guards`; `starts` is ignored.
+        """Write the closest feet that face their `guards` (n, 3) to `out`, one row a point.
 
-        All triangles are searched: see `closest_nb.project_facing`.
+        A point without such a foot within `limits` gets the status MAX_ITERATIONS; `starts` is
+        ignored, because all triangles are searched: see `closest_nb.project_facing`.
         """
         facets, facing = self.tables.facets, closest_nb.project_facing
         run_ranges(facing, len(p_B), MIN_GUARDED, facets, p_B, guards, limits, self.smooth, out)
@@ -94,18 +95,24 @@ class FacetedSurface(NamedTuple):
         track(self.tables, p_B, (patch, before), self.smooth, out)
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """Write slopes at all feet to `out`: normals rotate at kinks, or are interpolated."""
+        """Write slopes at `feet` to `out`, one row a point: normals rotate at kinks.
+
+        Normals are interpolated if `smooth`.
+        """
         query = self.tables.facets, self.tables.slot, self.smooth, p_B, feet, out
         run_ranges(facet_slopes_nb.slopes, len(p_B), MIN_POINTS, *query)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
-        """Return the first entries of a_B[rows] → b_B[rows] from the free side, a row for each."""
+        """Return the first entries of a_B[rows] → b_B[rows] from the free side, one row a path."""
         return hits_of_rows(self.tables.facets, a_B, b_B, rows)
 
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
-        """Return the last crossings of a_B[rows] → b_B[rows] from either side, and their senses."""
+        """Return the last crossings of a_B[rows] → b_B[rows] from either side, and their senses.
+
+        One row a path; the sense is 1 for an entry, −1 for an exit, 0 for none.
+        """
         return last_crossings(self.tables.facets, a_B, b_B, rows)
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
@@ -117,11 +124,11 @@ class FacetedSurface(NamedTuple):
         run_ranges(closest_nb.box_distance, len(rows), MIN_POINTS, facets, p_B, rows, lengths)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> Sides:
-        """Return unknown sides (0) for all rows: a mesh has no grid of sides."""
+        """Return unknown sides (0) of reach 0 for each of `rows`: a mesh has no grid of sides."""
         return Sides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
 
     def clear_paths(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """Return False for all rows: no path is known to be clear."""
+        """Return False for each of `rows`: no path is known to be clear."""
         return np.zeros(len(rows), dtype=bool)
 
     @property

@@ -28,7 +28,7 @@ class Tables(NamedTuple):
 
     facets: Facets
     slot: IntArray
-    """Slot of each triangle of the mesh; that of its twin for a duplicate, −1 without area."""
+    """Slot of each triangle of the mesh; the slot of its twin for a duplicate, −1 without area."""
     closed: bool
     """Whether no edge belongs to one triangle only."""
     turned: int
@@ -100,9 +100,9 @@ def tables_of(mesh: TriangleArrays) -> Tables:
 def unit_normals(p: FloatArray) -> FloatArray:
     """Return (m, 3) unit normals of triangles (m, 3, 3) with an area.
 
-    By the cross product at the corner between the two shorter sides, where it loses least, made
-    perpendicular to the longest side: the remaining error on a sliver rotates the normal about that
-    side, along which heights are measured.
+    A normal is the cross product at the corner between the two shorter sides, where it loses least,
+    made perpendicular to the longest side: the remaining error on a sliver rotates the normal about
+    that side, along which heights are measured.
     """
     sides = np.roll(p, -1, axis=1) - p
     longest_side = np.argmax(np.square(sides).sum(axis=2), axis=1)[:, None, None]
@@ -117,9 +117,10 @@ def unit_normals(p: FloatArray) -> FloatArray:
 
 
 def vertex_normals(p: FloatArray, vertex: np.ndarray, normal: FloatArray, count: int) -> FloatArray:
-    """Return unit sums (count, 3) of the normals around vertices, weighted by angles; zero if none.
+    """Return unit sums (count, 3) of the normals around vertices, weighted by angles.
 
-    `p` (m, 3, 3) are corners, `vertex` (m, 3) their vertices, `normal` (m, 3) the unit normals.
+    `p` (m, 3, 3) are the corners of triangles, `vertex` (m, 3) their vertices, `normal` (m, 3) the
+    unit normals. The sum is zero for a vertex of no triangle, or if it vanishes.
     """
     total = np.zeros((count, 3))
     for k in range(3):

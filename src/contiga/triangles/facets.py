@@ -37,4 +37,4 @@ class Facets(NamedTuple):
     child: IntArray
     """(k, WIDTH) node, −1 − slot of a triangle, or NOBODY."""
     scale: FloatArray
-    """(2,) size of the mesh, length below which two points are one."""
+    """(2,) size of the mesh, and length below which two points are one."""

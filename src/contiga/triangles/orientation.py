@@ -15,7 +15,7 @@ def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> Int
     """Return a copy of `triangles` (m, 3), reversed where needed for one sense on each piece.
 
     Pieces are connected over edges of just two triangles; vertices at one place are the same. An
-    open piece keeps the sense of most of its area, a closed one encloses a positive volume.
+    open piece keeps the sense of most of its area, a closed piece encloses a positive volume.
 
     Raises
     ------
@@ -58,8 +58,8 @@ def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> Int
 def _senses(first: Ints, second: Ints, is_same_sense: Ints, m: int) -> tuple[int, Ints, Ints]:
     """Return the number of connected pieces, the piece (m,) of each triangle, and its flip (m,).
 
-    The flip is 1 for triangles that must be reversed to face as the first of their piece, 0 for
-    others. Each piece is traversed from its first triangle, over the joints of first[i] and
+    The flip is 1 for triangles that must be reversed to face like the first of their piece, else 0.
+    Each piece is traversed from its first triangle, over the joints of first[i] and
     second[i], whose triangles run along their edge in the same sense if is_same_sense[i] is 1.
     """
     from scipy.sparse import coo_matrix

@@ -46,7 +46,7 @@ class Topology(NamedTuple):
 
 
 def topology_of(mesh: TriangleArrays) -> Topology:
-    """Return the connections of triangles whose corners are at the same points.
+    """Return the connections of the triangles of `mesh`, with vertices at one place merged.
 
     Triangles without area do not count, but the triangles around them stay connected (a fan). Of
     triangles with the same corners in the same sense the first counts. Edges of two triangles make
@@ -104,7 +104,7 @@ def topology_of(mesh: TriangleArrays) -> Topology:
 def welded(mesh: TriangleArrays) -> tuple[FloatArray, Ints]:
     """Return the points (v, 3) that triangles use, each place once, and corners (m, 3) among them.
 
-    Only equal coordinates are one place. Points are in the order of their first vertices.
+    Only equal coordinates are one place. Points are in the order of the first vertex at each.
     """
     used, corners = np.unique(mesh.triangles, return_inverse=True)
     points = mesh.vertices[used] + 0.0  # −0 and 0 are one place
@@ -135,17 +135,17 @@ class _HalfEdges(NamedTuple):
     """Half-edges of triangles, sorted by edge."""
 
     owner: Ints
-    """(3 t,) half-edge 3·triangle + k, sorted."""
+    """(3 t,) half-edges 3·triangle + k, sorted by their edges."""
     start: Ints
     """Rows of `owner` at which the half-edges of each edge start; the end last."""
     forward: Bools
-    """(3 t,) whether a half-edge runs from the lower to the higher vertex."""
+    """(3 t,) whether half-edge 3·triangle + k runs from the lower to the higher vertex."""
     crowded: list[Ints]
     """Half-edges of each edge that has more than two."""
 
     @classmethod
     def of(cls, corners: Ints, count: int) -> _HalfEdges:
-        """Sort the half-edges of triangles over `count` vertices."""
+        """Return the half-edges of triangles (t, 3) over `count` vertices, sorted by edge."""
         a = corners.ravel()
         b = np.roll(corners, -1, axis=1).ravel()
         key = np.minimum(a, b) * count + np.maximum(a, b)
@@ -158,7 +158,7 @@ class _HalfEdges(NamedTuple):
         return cls(owner, start, a < b, crowded)
 
     def pairs(self) -> tuple[Ints, Ints]:
-        """Return the first and the second half-edges (k,) of the k edges that have just two."""
+        """Return the first and the second half-edge (k,) of each of the k edges with just two."""
         first = self.start[:-1][np.diff(self.start) == 2]
         return self.owner[first], self.owner[first + 1]
 
@@ -189,9 +189,9 @@ class _HalfEdges(NamedTuple):
 def _around_flat(half: _HalfEdges, m: int, neighbour: Ints, fans: list[Ints]) -> list[Ints]:
     """Return, for each flat triangle, the others (ascending) around its patch of flat triangles.
 
-    Patches are flat triangles connected over edges; flat ones have numbers from m on. Modifies
-    `neighbour` and `fans`: several triangles around a patch become a fan, a single one has a border
-    there.
+    Patches are flat triangles connected over edges; flat triangles have numbers from m on. Modifies
+    `neighbour` and `fans`: several triangles around a patch become a fan, a single triangle has a
+    border there.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

@@ -110,7 +110,9 @@ class TriangleArrays:
         return float(self.areas().sum())
 
     def bounds(self) -> FloatArray:
-        """Return the lowest and highest coordinates (2, 3) of triangles, without loose vertices.
+        """Return the lowest and highest coordinates (2, 3) of the triangles' corners.
+
+        Vertices of no triangle do not count.
 
         Raises
         ------
@@ -124,15 +126,15 @@ class TriangleArrays:
 
     @property
     def size(self) -> float:
-        """Length of the diagonal of `bounds`, with its errors."""
+        """Length of the diagonal of `bounds`; MeshError if there are no triangles."""
         low, high = self.bounds()
         return length(high - low)
 
     def volume(self) -> float:
         """Return the volume of a closed mesh, length³: positive if its normals point outward.
 
-        It is the sum of signed tetrahedra to the first vertex, which has no meaning for an open
-        mesh.
+        It is the sum of signed tetrahedra over the triangles with the first vertex as apex, which
+        has no meaning for an open mesh.
         """
         a, b, c = (self.corners() - self.vertices[:1]).transpose(1, 0, 2)
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
@@ -146,7 +148,7 @@ class TriangleArrays:
     def open_edges(self) -> IntArray:
         """Return the vertices (k, 2) of boundary edges, in the orientation of their triangle.
 
-        Vertices at one place are different ones here.
+        Vertices at one place are not merged here.
         """
         numbers, times = side_numbers(self.triangles, len(self.vertices))
         ends = np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2)

@@ -27,15 +27,15 @@ from contiga.triangles.orientation import turned_triangles
 
 
 class TriMesh(Displayed, Movable, Queries, Exchanged):
-    """Triangles over shared vertices. It never changes; methods return new ones.
+    """Triangles over shared vertices. A mesh never changes; methods return new meshes.
 
     Parameters
     ----------
     vertices : (n, 3), finite
     triangles : (m, 3) indices into them, anticlockwise seen from the free side
     name : name in reports and messages
-    normals : default kind of normals at feet: "facet", the triangle's, or "vertex", those of the
-        vertices, interpolated
+    normals : default kind of normals at feet: "facet" for the triangle's normal, "vertex" for the
+        interpolated normals of its vertices
     unit : length unit of the coordinates, None if unknown
     reference_point : (3,) reference point of the wrench, length
     source : description of the cells that the triangles were made of
@@ -84,7 +84,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
     def mass_properties(self, density: float) -> MassProperties:
         """Return mass, centre and inertia of the solid inside a closed mesh, in closed form.
 
-        By signed tetrahedra over the triangles. `density` is a mass per length³.
+        They are sums of signed tetrahedra over the triangles. `density` is a mass per length³.
 
         Raises
         ------
@@ -107,7 +107,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return of_volume(moments(self.corners() - middle), middle, rho, self.name)
 
     def flipped(self) -> Self:
-        """Return the same mesh with its sides swapped."""
+        """Return the same mesh with its sides swapped: all triangles are reversed."""
         return self._with(triangles=self.triangles[:, ::-1])
 
     def renamed(self, name: str) -> Self:
@@ -137,7 +137,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return self._with(reference_point=point)
 
     def like(self, name: str, unit: str | None, reference_point: ArrayLike) -> Self:
-        """Return the same mesh with name, unit and reference point of a body it replaces."""
+        """Return the same mesh with the name, unit and reference point of a body it replaces."""
         return self._with(name=name, unit=unit, reference_point=reference_point)
 
     def tessellate(self, tol: float) -> Self:
@@ -184,20 +184,21 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return project(self, points, start, mode, normals, out)
 
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
-        """Return where points moving from `p0` to `p1` enter: see `facet_hits.first_hit`."""
+        """Return where points moving from `p0` to `p1` (n, 3) enter: see `facet_hits.first_hit`."""
         return first_hit(self, p0, p1)
 
     def _normals_at(self, patch: IntArray, uv: FloatArray) -> FloatArray:
         return self.normals()[patch]
 
     def condition(self) -> Condition:
-        """Return a report on the quality of the mesh as a master; nothing is refused."""
+        """Return counts of flaws of the mesh as a master (`Condition`); nothing is refused."""
         return condition_of(self)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Return (n,) whether points are on the contact side of the closest triangle, or on it.
 
-        A point beside an open mesh is not: see `contiga.triangles.facet_feet.contains`.
+        A point beside an open mesh is not on that side: see
+        `contiga.triangles.facet_feet.contains`.
         """
         return contains(self, points)
 
@@ -260,7 +261,10 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         }
 
     def condition_rows(self) -> list[tuple[str, str]]:
-        """Return (label, text): source of the triangles, whether they are closed, flaws."""
+        """Return rows (label, text) of a report: source of the triangles, the surface, flaws.
+
+        Vertices of no triangle are no flaw if the mesh is the skin of solids.
+        """
         source = [("triangles", f"{len(self.triangles)} of {self.source}")] if self.source else []
         # The nodes inside solids are no flaw.
         mesh = self.compact() if "skinned" in self.source else self
@@ -268,5 +272,5 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
 
 
 def _rebuild(vertices: FloatArray, triangles: IntArray, options: dict[str, Any]) -> TriMesh:
-    """Return a mesh from a pickle."""
+    """Return the mesh of a pickle."""
     return TriMesh(vertices, triangles, **options)

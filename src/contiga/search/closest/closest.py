@@ -24,8 +24,8 @@ def closest_of_rows(
     """Write the closest points of p_B[rows] to the same rows of `out`.
 
     `within` (len(rows),) are upper bounds of the distances, infinite where none is known. Touching
-    balls prove most of them once these are worth their computation; results have the same bits with
-    them and without.
+    balls prove most closest points once the balls are worth their computation; results have the
+    same bits with balls and without.
     """
     if within is None:
         within = np.full(len(rows), np.inf)

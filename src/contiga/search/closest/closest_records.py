@@ -30,7 +30,7 @@ class FootRecord(NamedTuple):
     normal: Vector
     """Unit vector to the free side."""
     gap: float
-    """Distance of its point along the normal, length; negative inside."""
+    """Signed distance of the projected point along the normal, length; negative inside."""
 
 
 class Guess(NamedTuple):

@@ -22,8 +22,8 @@ class Surroundings(NamedTuple):
     reach: FloatArray
     """(n, 4) least and greatest s, then t, of the block, in the parameters of its element."""
     bound: FloatArray
-    """(n, 9) bounds of the derivatives by these s and t over the block, in the order of `ORDERS`;
-    infinite where an element of the block is trimmed away."""
+    """(n, 9) bounds of the derivatives with respect to these s and t over the block, in the order
+    of `ORDERS`; infinite where an element of the block is trimmed away."""
 
 
 class Blocks(NamedTuple):
@@ -34,12 +34,12 @@ class Blocks(NamedTuple):
     reach: FloatArray
     """(n, 4) as in `Surroundings`."""
     scale: FloatArray
-    """(n, 9) factors from derivatives by (u, v) to derivatives by (s, t): powers of the element's
-    widths."""
+    """(n, 9) factors from derivatives with respect to (u, v) to those with respect to (s, t):
+    powers of the element's widths."""
 
 
 def blocks_of(table: Records) -> Blocks:
-    """Find the blocks around the elements of a `table`, across smooth sides but no seams."""
+    """Return the blocks around the elements of a `table`, across smooth sides but no seams."""
     n, box = len(table), table["box"]
     centres, widths = np.arange(n), box[:, 1::2] - box[:, ::2]
     next_element, reach = np.tile(centres[:, None], 4), np.tile([-0.5, 0.5, -0.5, 0.5], (n, 1))
@@ -58,8 +58,8 @@ def blocks_of(table: Records) -> Blocks:
 def surroundings_of(blocks: Blocks, leaves: Records) -> Surroundings:
     """Return bounds of the derivatives over the block around each element, in its (s, t).
 
-    They are the largest of the leaves there, and infinite if an element of the block is trimmed
-    away.
+    They are the largest bounds of the leaves in the block, and infinite if an element of the block
+    is trimmed away.
     """
     on_face = leaves["element"] >= 0
     elements, bound = leaves["element"][on_face], np.zeros(blocks.scale.shape)

@@ -26,7 +26,7 @@ MAX_WIDTH = 1e-4
 
 
 def joints_of_faces(body: Faces) -> NDArray[np.bool_]:
-    """Return (edges,) at which edges faces join: those shared by faces that meet there."""
+    """Return (edges,) whether faces join at each edge: several share it, and it does not gape."""
     is_shared = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
     return is_shared & ~gaping_edges(body)
 
@@ -34,8 +34,9 @@ def joints_of_faces(body: Faces) -> NDArray[np.bool_]:
 def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArray:
     """Return the widths (pieces,) of trimming pieces, length; zero where no second face joins.
 
-    A width is twice the tolerance of the edge there and some rounding, at most `MAX_WIDTH`. Also
-    writes the columns `width` and `edge_tolerance` of the elements, for trimmed and natural sides.
+    A width is twice the tolerance of the edge there and some rounding, at most `MAX_WIDTH` of the
+    body's size. Also writes the columns `width` (one for each side) and `edge_tolerance` (the
+    largest width of the sides and of the trims of its patch, if a trim cuts it) of the elements.
     """
     rounding = 4.0 * float(np.finfo(float).eps) * body.size
     max_width = MAX_WIDTH * body.size

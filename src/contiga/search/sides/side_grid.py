@@ -63,21 +63,21 @@ MIN_ELEMENTS = 100
 
 @pass_by_pointer
 class SideGrid(NamedTuple):
-    """The known sides of a closed body, in cells about its low corner; see `side_nb`."""
+    """The known sides of a closed body, in cells from a low corner on; see `side_nb`."""
 
     origin: FloatArray
     """(3,) low corner of the grid, body frame."""
     size: float
     """Size of a cell, length."""
     skin: float
-    """Smallest distance of a cell without surface from it, length."""
+    """Smallest distance of a cell without surface from the surface, length."""
     outer_side: int
     """Side of all points outside the grid; 0 if unknown."""
     cell: IntArray
     """(i, j, k) side times the number of cells to the next that may contain surface, 0 if unknown;
     FIRST_WORD + word in cells that may contain surface themselves."""
     masks: Records
-    """(words, 2) bits of the small cells inside and outside."""
+    """(words, 2) bits of the small cells inside, and of those outside."""
     piece: IntArray
     """(words,) a piece of the surface that meets the cell."""
     patch: IntArray
@@ -119,9 +119,9 @@ class Layout(NamedTuple):
 
 
 def layout(bounds: FloatArray, n_elements: int) -> Layout:
-    """Return the cells over the (2, 3) box `bounds` of a body with `n_elements` elements.
+    """Return the `Layout` of cells over the (2, 3) box `bounds` of a body of `n_elements` elements.
 
-    They are cubes, about `CELLS_PER_ELEMENT` an element and `MIN_CELLS` to 1.3 `MAX_CELLS` in all.
+    Cells are cubes, about `CELLS_PER_ELEMENT` for each element, at most 1.3 `MAX_CELLS` in all.
     The grid is more than one cell larger than the box on all sides, so that its corners, and points
     outside of it, are away from the surface.
     """
@@ -150,7 +150,7 @@ def sides_of(tables: Tables, slit: float) -> SideGrid:
 
 
 def build_sides(tables: Tables, slit: float) -> SideGrid:
-    """Build the grid of a closed body, whose faces deviate by `slit` at most where they meet.
+    """Build the grid of a closed body whose faces deviate by at most `slit` where they meet.
 
     A region of cells without surface has the side of its samples if they agree; only the
     `MAX_REGIONS` largest of at least `MIN_REGION_CELLS` small cells are sampled, all others stay
@@ -213,7 +213,8 @@ _SIDES = TableCache(build_sides, DiskCache("sides", __file__), MIN_ELEMENTS)
 def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> Sides:
     """Return the sides of p_B[rows], 1 outside, −1 inside, 0 unknown, and their safe distances.
 
-    A safe distance, a length, is positive where the side is known: no surface is that near.
+    A safe distance, a length, is positive where the side is known, and no surface is that near; it
+    is zero where the side is unknown. Both have one row for each of `rows`.
     """
     sides = Sides(np.empty(len(rows), np.int8), np.empty(len(rows)))
     run_ranges(straight(side_nb.sides), len(rows), MIN_POINTS, grid, p_B, rows, *sides)
@@ -221,7 +222,10 @@ def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> Sides:
 
 
 def clear_paths(grid: SideGrid, before: FloatArray, now: FloatArray, rows: IntArray) -> Records:
-    """Return (len(rows),) whether the path before[rows] → now[rows] certainly meets no surface."""
+    """Return (len(rows),) whether paths before[rows] → now[rows] certainly meet no surface.
+
+    False does not mean that a path meets it: see `side_nb.clear_paths`.
+    """
     is_clear = np.empty(len(rows), bool)
     run_ranges(side_nb.clear_paths, len(rows), MIN_POINTS, grid, before, now, rows, is_clear)
     return is_clear

@@ -56,7 +56,7 @@ class PieceLists(NamedTuple):
     listed: IntArray
     """Rows of `pieces`."""
     pieces: FloatArray
-    """(n, 11) boxes and slabs of the pieces about the origin, see `side_pieces_nb`."""
+    """(n, 11) boxes and slabs of the pieces relative to `origin`, see `side_pieces_nb`."""
 
 
 NO_LISTS = PieceLists(
@@ -72,9 +72,10 @@ NO_LISTS = PieceLists(
 
 
 def lists_of(tables: Tables, n_paths: int) -> PieceLists:
-    """Return the lists of a body once `MIN_PATHS` paths have been searched; else `NO_LISTS`.
+    """Return the lists of a body once `MIN_PATHS` paths have been searched; before, `NO_LISTS`.
 
-    `n_paths` are the paths of this search. Results have the same bits with lists and without.
+    `n_paths` is the number of paths of this search. Results of searches have the same bits with
+    lists and without.
     """
     return _LISTS.if_pays(tables, n_paths, MIN_PATHS) or NO_LISTS
 

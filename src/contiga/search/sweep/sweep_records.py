@@ -58,7 +58,7 @@ class Queue(NamedTuple):
 
     nodes: IntArray
     entry: FloatArray
-    """Distance from the start at which the path enters the box of each, length."""
+    """Distance from the start at which the path enters the box of each node, length."""
 
 
 @pass_by_pointer

@@ -40,19 +40,21 @@ class Tracked(NamedTuple):
     """Feet of n points that stay on the device from step to step."""
 
     tables: Tables
-    """Tables of the body, for the rows that come back."""
+    """Tables of the body on the host, for the rows that come back."""
     flat: FlatTables
-    """Those tables on the device."""
+    """The part of these tables on the device."""
     feet: Any
     """The members of a `Projection`, on the device."""
     before: Any
     """(n, 3) present points, on the device."""
     back: Any
-    """(n,) uint8 flags on the device: the rows of the last step that the CPU did."""
+    """(n,) uint8 flags on the device: 1 for the rows of the last step that the CPU did, else 0."""
 
 
 def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
-    """Put the tables of a body on the device, with the feet of `points` (n, 3), body frame.
+    """Put the tables of a body and the feet of `points` (n, 3), body frame, on the device.
+
+    Returns the state for `track`.
 
     Raises
     ------
@@ -68,7 +70,7 @@ def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
 
 
 def flat(tables: Tables) -> FlatTables:
-    """Return the part of the tables that threads read, put on the device."""
+    """Return the part of the tables that threads read, as arrays on the device."""
     return FlatTables(*resident(FlatTables(*(getattr(tables, f) for f in FlatTables._fields))))
 
 
@@ -78,7 +80,8 @@ def track(tracked: Tracked, points: Any) -> tuple[Tracked, IntArray]:
     `points` may be on the device already, as C-contiguous float64. They are not copied but kept for
     the next step: write its points to other memory.
 
-    Returns the new state, and which rows the CPU did. The feet of the given state are overwritten.
+    Returns the new state, and the indices (m,) of the rows that the CPU did. The feet of the given
+    state are overwritten.
     """
     now = _on_device(points, len(tracked.before))
     start_on_device(tracked, now)
@@ -88,7 +91,8 @@ def track(tracked: Tracked, points: Any) -> tuple[Tracked, IntArray]:
 def start_on_device(tracked: Tracked, now: Any) -> None:
     """Start the device's part of a step, without waiting for it.
 
-    It flags unfinished rows in `tracked.back`. `now` (n, 3) is on the device.
+    It overwrites finished rows of `tracked.feet` and flags the others in `tracked.back`. `now`
+    (n, 3) is on the device.
     """
     motion, results = PointMotion(tracked.before, now), FlaggedFeet(tracked.feet, tracked.back)
     launch(row_nb.track_row, len(tracked.before), tracked.flat, motion, results)
@@ -97,7 +101,7 @@ def start_on_device(tracked: Tracked, now: Any) -> None:
 def finish_on_host(tracked: Tracked, now: Any) -> tuple[Tracked, IntArray]:
     """Finish the step on the CPU for the flagged rows; return the result of `track`.
 
-    Only these rows are copied between host and device.
+    Only these rows are copied between host and device; they are overwritten in `tracked.feet`.
     """
     # The flags are fetched as one bit each.
     packed_on_device = resident(np.empty(ceil(len(tracked.back) / 8), np.uint8))

@@ -1,4 +1,4 @@
-"""Feet of points on a body: the closest points, or those continued from the last step."""
+"""Feet of points on a body: the closest points, or feet continued from the last step."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def project(
     mode: str = "global",
     out: Projection | None = None,
 ) -> Projection:
-    """Feet of `points` on `body`.
+    """Return the feet of `points` on `body`.
 
     Parameters
     ----------
@@ -95,11 +95,12 @@ def track(
     out: Projection,
     before: FloatArray | Projection | None = None,
 ) -> None:
-    """Continue the feet `starts` to `p_B`, into `out`; rows of patch −1 globally.
+    """Write feet of `p_B` (n, 3), continued from `starts` (n rows), to `out`.
 
-    With the previous points (n, 3) or the previous feet `before`, feet are certified if the quick
-    proof of `branch_nb` shows that they are on the branch of stationary points from their start. A
-    row whose walk reaches no minimum becomes a BRANCH_EVENT, with the closest point for a foot.
+    Rows of patch −1 get their closest points. With `before`, the previous points (n, 3) or the
+    previous feet, feet are certified if the quick proof of `branch_nb` shows that they are on the
+    branch of stationary points from their start. A row whose walk reaches no minimum gets the
+    status BRANCH_EVENT and the closest point.
     """
     n, certify = len(p_B), before is not None
     if certify:
@@ -124,10 +125,11 @@ def track(
 
 
 def rows_per_chunk(n: int, elements: int) -> int:
-    """Return the number of rows per chunk, of n rows on a surface of a number of elements.
+    """Return the number of rows per chunk for n rows on a surface of `elements` elements.
 
     Elements get `ROWS_PER_ELEMENT` rows if there are enough, and threads equal numbers of chunks,
-    so that they finish together; at least `MIN_CHUNK`.
+    so that threads finish together. The number is at least `MIN_CHUNK`, so the only chunk may be
+    larger than n.
     """
     share = n / thread_count()
     target = max(

@@ -35,7 +35,7 @@ class PendingRows(NamedTuple):
     rows: IntArray
     """(m,) int32."""
     flags: IntArray
-    """(m,) uint8, the next task (`contiga.arrays.codes.TO_…`), 0 if the row has a foot."""
+    """(m,) uint8, the next task of the row (`contiga.arrays.codes.TO_…`), 0 if it has a foot."""
     before: FloatArray
     """(m, 3) previous points; undefined if they are unknown."""
     patch: IntArray

@@ -21,7 +21,7 @@ NO_CHILD = 2147483647
 
 @inner()
 def _quickselect(values, order, start, stop, place):
-    """Partly sort order[start:stop] by `values`: smaller ones before `place`, larger ones after."""
+    """Partly sort order[start:stop] by `values`: none larger before `place`, none smaller after."""
     low = start
     high = stop - 1
     while low < high:
@@ -78,7 +78,8 @@ def _median_split(middle, order, start, stop):
 def _split_range(middle, order, start, stop, cuts):
     """Halve the longest part of a range until there are eight, or none has more than eight boxes.
 
-    The bounds of the parts are written to `cuts`; their number is returned.
+    Partly sorts order[start:stop], writes the bounds of the parts to `cuts`, and returns the number
+    of parts.
     """
     cuts[0] = start
     cuts[1] = stop
@@ -100,10 +101,10 @@ def _split_range(middle, order, start, stop, cuts):
 
 @kernel()
 def build(low, high):
-    """Return the nodes (box, child) over boxes `low`, `high` (3, n), and the order (n,) of these.
+    """Return the nodes (box, child) over boxes `low`, `high` (3, n), and the order of the boxes.
 
-    Node 0 is the root, and children follow their parents. Child −1 − i is the box order[i]; see
-    `Facets.box` for the layout.
+    Node 0 is the root, and children follow their parents. Child −1 − i is the box order[i], `order`
+    (n,); see `Facets` for the layout of `box` and `child`.
     """
     n = low.shape[1]
     order = np.empty(n, np.int32)
@@ -159,7 +160,10 @@ def build(low, high):
 
 @inner()
 def box_distances(box, node, x, y, z, out):
-    """Write squared distances of a point to the boxes of a node: zero inside, infinite for none."""
+    """Write the squared distances of a point from the boxes of a node's children to out[WIDTH].
+
+    Zero inside a box, infinite where there is no child.
+    """
     for l in range(WIDTH):
         a = max(box[node, l] - x, x - box[node, 24 + l], 0.0)
         b = max(box[node, 8 + l] - y, y - box[node, 32 + l], 0.0)
@@ -169,9 +173,9 @@ def box_distances(box, node, x, y, z, out):
 
 @inner()
 def insert_sorted(nodes, bounds, base, top, node, bound):
-    """Insert a node into the stack from `base` on by its bound; return the new top.
+    """Insert a node into the stack from `base` on by its bound; return the new number of nodes.
 
-    Bounds descend in the stack, so that the nearest node is on top.
+    Bounds descend from `base` on, so that the nearest node is on top.
     """
     i = top
     while i > base and bounds[i - 1] < bound:

@@ -54,7 +54,7 @@ def _limit(best, slack):
 def closest(facets, point, seed, queue):
     """Return slot, place and its two numbers (see `closest_on`) of the closest point.
 
-    `seed` is the slot from which the search starts.
+    `seed` is the slot from which the search starts, `queue` (`Queue`) is work.
     """
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
     slack = LENGTH_SLACK * facets.scale[1]
@@ -99,7 +99,8 @@ def closest(facets, point, seed, queue):
 def project_global(facets, points, rows, smooth, out, start, stop):
     """Write the closest points of points[rows[start:stop]] to the same rows of `out`, certified.
 
-    Points that are not finite get blank rows with NOT_FINITE. `smooth` interpolates the normals.
+    Points that are not finite get blank rows with NOT_FINITE; for other statuses see `write_kink`.
+    If `smooth`, normals are interpolated.
     """
     queue = Queue(stack_int64(MAX_PENDING), scratch(MAX_PENDING), scratch(WIDTH))
     shape = facets.shape
@@ -132,7 +133,7 @@ def _closest_facing(facets, point, guard, cosine, within, queue):
 
     Their normals and the guard have at least the product `cosine`; their distances are within
     (min, max) = `within`, the maximum excluded. A foot on an edge or a corner must pass
-    `_is_guarded_kink`. The slot is −1 for none.
+    `_is_guarded_kink`. The slot is −1 if there is no such triangle.
     """
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
     slack = LENGTH_SLACK * facets.scale[1]
@@ -231,11 +232,13 @@ def _is_guarded_kink(facets, s, point, foot, guard, cosine, square):
 
 @kernel()
 def project_facing(facets, points, guards, limits, smooth, out, start, stop):
-    """Write the closest feet of points[start:stop] that face their `guards` (n, 3), certified.
+    """Write the closest feet of points[start:stop] that face their `guards` (n, 3) to `out`.
 
-    `limits` are `FacingLimits`; the points are behind the triangles. On an edge or a corner the gap
-    is minus the distance, and the normal leads from the point to the foot. Rows without such a foot
-    are blank with MAX_ITERATIONS, those of points not finite with NOT_FINITE.
+    `limits` are `FacingLimits`; the points are behind the triangles. Feet are certified, with the
+    status OK. On an edge or a corner the gap is minus the distance, and the normal leads from the
+    point to the foot, unless they almost touch (`write_kink`). If `smooth`, normals are
+    interpolated. Rows without such a foot are blank with MAX_ITERATIONS, those of points that are
+    not finite with NOT_FINITE.
     """
     queue = Queue(stack_int64(MAX_PENDING), scratch(MAX_PENDING), scratch(WIDTH))
     shape, link = facets.shape, facets.link
@@ -272,9 +275,10 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
 
 @kernel()
 def box_distance(facets, points, rows, reach, start, stop):
-    """Write the distance of points[k] to the nearest box of a triangle to reach[k].
+    """Write the distance of points[k] from the nearest box of a triangle to reach[k].
 
-    For k in rows[start:stop]; infinite for points that are not finite.
+    The rows k are rows[start:stop]. The distance is zero inside a box, infinite for points that are
+    not finite.
     """
     nodes = stack_int64(MAX_PENDING)
     bounds = scratch(MAX_PENDING)

@@ -32,7 +32,7 @@ X, SLOT, U, V, X_TOL, EDGE_DISTANCE = 0, 1, 2, 3, 4, 5
 
 @inner()
 def _box_entries(box, node, p, inverse, limits, slack, out):
-    """Write the x at which the path enters each box of a node, widened by `slack`.
+    """Write the x at which the path enters each box of a node, widened by `slack`, to out[WIDTH].
 
     It is infinite for a box that the path misses between the `limits` (first, last) of x.
     """
@@ -57,9 +57,10 @@ def _box_entries(box, node, p, inverse, limits, slack, out):
 def _crossing(shape, s, segment, sense):
     """Return where the line p + x d passes through triangle s.
 
-    Returns x (infinite for none), (u, v), the distance inside the edges, and the slope n·d. A
-    crossing may be `slack` outside the edges, and a rounding beyond the ends of the segment. With
-    the sense ENTRIES only lines against the normal cross.
+    Returns x (infinite for none), (u, v), the least distance from the edges as seen along the line
+    (positive inside), and the slope n·d. A crossing may be `slack` outside the edges, and a
+    rounding beyond the ends of the segment. With the sense ENTRIES only lines against the normal
+    cross.
     """
     p, d, slack = segment.p, segment.d, segment.slack
     n0, n1, n2 = shape[s, 9], shape[s, 10], shape[s, 11]
@@ -159,7 +160,7 @@ def _search(facets, segment, sense, crossings, queue):
 
 @inner()
 def _write(facets, out, i, crossing, length):
-    """Write a crossing to row i of the hits, except its status; fraction, u and v are clipped."""
+    """Write a crossing to row i of `out` (`Hit`), except its status; fraction, u, v are clipped."""
     shape = facets.shape
     s = int(crossing[SLOT])
     u = min(max(crossing[U], 0.0), 1.0)
@@ -183,7 +184,8 @@ def _queue():
 def first_hits(facets, p0, p1, rows, out, start, stop):
     """Write the first entry of each segment p0[rows[i]] → p1[rows[i]] to row i of `out`.
 
-    The status is NO_HIT without one, NOT_FINITE for such ends, AT_START at the start of the path.
+    The status is OK, AT_START for an entry at the start of the path, NO_HIT without an entry, or
+    NOT_FINITE for ends that are not finite.
     """
     crossings, queue = np.empty((2, 6)), _queue()
     size = facets.scale[0]
@@ -205,9 +207,9 @@ def first_hits(facets, p0, p1, rows, out, start, stop):
 def last_crossings(facets, p0, p1, out, verdict, start, stop):
     """Write the crossing nearest the end of each segment p0[i] → p1[i] to row i of `out`.
 
-    Writes to `verdict` (n, 2) the sense (1 entry, −1 exit, 0 none), and the width within which
-    rounding decides: zero unless the crossing is at an edge, or an entry and an exit are in one
-    place. The status goes to `out`, AT_START for a crossing at p0.
+    Writes to `verdict` (n, 2) the sense (1 entry, −1 exit, 0 none), and the width, a length, within
+    which rounding decides: zero unless the crossing is at an edge, or an entry and an exit are in
+    one place. Statuses are those of `first_hits`, AT_START for a crossing at p0.
     """
     crossings, queue = np.empty((2, 6)), _queue()
     size = facets.scale[0]

@@ -21,9 +21,9 @@ INSIDE_TOL = 1e-12
 # large to be inlined: a walk would take a fifth longer.
 @inner(pipeline_class=Compiler)
 def _on_edge(shape, s, a, b, x, y, z):
-    """Return the squared distance to the edge between corners in columns a and b, and where.
+    """Return the squared distance to the edge between corners in columns a and b, and the place.
 
-    The place is a share of the edge from a on, 0 or 1 at its ends.
+    The place of the closest point is a share of the edge from a on, 0 or 1 at its ends.
     """
     ex = shape[s, b] - shape[s, a]
     ey = shape[s, b + 1] - shape[s, a + 1]
@@ -50,9 +50,9 @@ def _on_edge(shape, s, a, b, x, y, z):
 def closest_on(shape, s, x, y, z):
     """Return the closest point of triangle s: squared distance, place, and two numbers.
 
-    Place 0: inside, with the barycentric coordinates. 1, 2, 3: on edge 0, 1, 2, with the share of
-    the edge. 4, 5, 6: corner 0, 1, 2. For a point beside the triangle only the edges with a
-    negative coordinate can contain the closest point.
+    Place 0: inside, with the barycentric coordinates u, v. 1, 2, 3: on edge 0, 1, 2, with the share
+    of the edge from its first corner on, and zero. 4, 5, 6: corner 0, 1, 2, with zeros. For a point
+    beside the triangle only the edges with a negative coordinate can contain the closest point.
     """
     vx = x - shape[s, 0]
     vy = y - shape[s, 1]
@@ -90,10 +90,11 @@ def closest_on(shape, s, x, y, z):
 def is_beyond(shape, s, x, y, z, limit):
     """Return whether triangle s is certainly farther than the squared distance `limit`.
 
-    By the height over its plane, and within the plane by the distance to the lines of the sides at
-    its first corner: a coordinate u < 0 is −u / |g1| away from its side. The third side is left
-    out, because the coordinate across it cancels on slivers, so that a triangle that is farther may
-    pass. `closest_on` takes three times as long; with this test the search takes 0.8 of the time.
+    The test uses the height over its plane, and within the plane the distance to the lines of the
+    sides at its first corner: a coordinate u < 0 is −u / |g1| away from its side. The third side is
+    left out, because the coordinate across it cancels on slivers: False does not mean that the
+    triangle is nearer. `closest_on` takes three times as long; with this test the search takes 0.8
+    of the time.
     """
     vx = x - shape[s, 0]
     vy = y - shape[s, 1]
@@ -132,7 +133,7 @@ def barycentric(place, a, b):
 
 @inner(pipeline_class=Compiler)
 def write_face(shape, k, s, u, v, point, out):
-    """Write row k of the projection for a foot inside triangle s, except its patch."""
+    """Write row k of the projection for a foot inside triangle s, without `patch`, `certified`."""
     x, y, z = point
     nx = shape[s, 9]
     ny = shape[s, 10]
@@ -154,8 +155,9 @@ def write_face(shape, k, s, u, v, point, out):
 
 @inner(pipeline_class=Compiler)
 def write_kink(facets, k, foot, point, tracked, out):
-    """Write row k of the projection for a foot (slot, place, share) on a kink, except its patch.
+    """Write row k of the projection for a foot (slot, place, share) on an edge or a corner.
 
+    All columns but `patch` and `certified` are written.
     The gap is the distance and the normal its direction, both signed by the pseudo-normal. Within
     rounding of the foot the normal is the pseudo-normal, and the gap the height along it. On a
     border the gap is the height over the triangle, and the normal that of the triangle, if the
@@ -214,10 +216,10 @@ def write_kink(facets, k, foot, point, tracked, out):
 
 @inner(pipeline_class=Compiler)
 def _pseudo_normal(facets, s, place, foot):
-    """Return the angle-weighted sum of the normals at an edge or a corner; not a unit vector.
+    """Return the angle-weighted sum of the normals at an edge or a corner; scaled only at a corner.
 
     Its side is the side of a point (Baerentzen & Aanaes 2005, doi 10.1109/TVCG.2005.49). At an edge
-    of more than two triangles those that contain the foot count.
+    of more than two triangles the triangles that contain the foot count.
     """
     shape = facets.shape
     if place >= 4:
@@ -245,9 +247,10 @@ def _pseudo_normal(facets, s, place, foot):
 
 @inner(pipeline_class=Compiler)
 def smooth_normal(facets, s, k, out):
-    """Replace the normal of row k by the unit interpolation of the normals of the corners.
+    """Write the normals at the corners of triangle s, interpolated at the foot, to row k of `out`.
 
-    If that is zero, the normal is the triangle's. The gap stays the signed distance.
+    Only the normal is replaced. It has length one, and is the triangle's normal if the
+    interpolation is zero.
     """
     u = out.uv[k, 0]
     v = out.uv[k, 1]

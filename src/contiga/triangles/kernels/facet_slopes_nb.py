@@ -18,7 +18,7 @@ from contiga.triangles.kernels.facet_nb import VERTICES, A, B, C, N
 LENGTH_TOL = 1e-9
 """Relative difference of lengths that count as equal."""
 MIN_LENGTH = 10.0
-"""Length of a vector that has a direction, in lengths below which points are one."""
+"""Least length of a vector that has a direction, in lengths below which two points are one."""
 
 
 @inner()
@@ -80,9 +80,9 @@ def _write_interpolated(facets, s, k, d, true, feet, out):
 def slopes(facets, slot, smooth, points, feet, out, start, stop):
     """Write rows start … stop − 1 of `out` (`FootSlopes`) at `feet`, a `Projection` of `points`.
 
-    The normal is constant at a foot inside a triangle, at one on a border whose gap is a height,
-    and at one on a kink within rounding of its point; it rotates about other kinks. With `smooth`
-    it is interpolated. `slot` has the slot of each triangle.
+    The normal is constant at a foot inside a triangle, at a foot on a border whose gap is a height,
+    and at a foot on a kink within rounding of its point; it rotates about other kinks. With
+    `smooth` the normal is interpolated. `slot` has the slot of each triangle.
     """
     shape, tol = facets.shape, MIN_LENGTH * facets.scale[1]
     zero = (0.0, 0.0, 0.0)

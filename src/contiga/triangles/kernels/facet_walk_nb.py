@@ -34,8 +34,9 @@ MAX_STEPS = 1 << 20
 def _nearest_around(facets, number, best, point):
     """Return the closest point on the triangles around a vertex or a crowded edge.
 
-    Returns squared distance, slot, place and its two numbers; the slot is −1 if none is closer than
-    the squared distance `best`. Of equally close triangles the first in `around` counts.
+    Returns squared distance, slot, place and its two numbers; the slot is −1 if no triangle is
+    closer than the squared distance `best`. Of equally close triangles the first in `around`
+    counts.
     """
     nearest = -1
     place = 0
@@ -91,11 +92,13 @@ def walk(facets, s, first, point):
 
 @kernel()
 def project_tracked(facets, points, starts, smooth, out, start, stop):
-    """Write the feet of rows start … stop − 1, continued from `starts` (WalkStarts).
+    """Write the feet of rows start … stop − 1 to `out`, continued from `starts` (WalkStarts).
 
-    Rows of slot −1 are skipped. A foot inside the triangle of the last one is certified if the last
-    point also was over that triangle: the path between them is straight, because triangles are
-    convex. A walk without a minimum gets MAX_ITERATIONS, a point that is not finite NOT_FINITE.
+    Rows of slot −1 are skipped. A foot inside the triangle of the last foot is certified if the
+    last point also was over that triangle: the path between both feet is straight, because
+    triangles are convex. A walk without a minimum gets the status MAX_ITERATIONS at its last place;
+    a point that is not finite gets a blank row with NOT_FINITE; for other statuses see
+    `write_kink`. If `smooth`, normals are interpolated.
     """
     slots, before = starts.slots, starts.before
     shape = facets.shape

@@ -12,10 +12,10 @@ HASH_FACTOR = np.uint64(0x9E3779B97F4A7C15)
 
 @kernel()
 def side_numbers(triangles, n):
-    """Return the sides' numbers (m, 3), and the number of triangles (k,) of each side.
+    """Return the number of each triangle's sides (m, 3), and the times (k,) that each side occurs.
 
-    Side j runs from corner j to the next. `triangles` (m, 3) have vertices below `n`; sides are one
-    whatever their sense, and are numbered in order of appearance.
+    Side j runs from corner j to the next. `triangles` (m, 3) have vertices below `n`; sides between
+    the same vertices are one side in either sense. Sides are numbered in order of appearance.
     """
     m = triangles.shape[0]
     bits = 4

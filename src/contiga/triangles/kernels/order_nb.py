@@ -24,8 +24,8 @@ def _spread_bits(n):
 def along_space(points, rows, low, width):
     """Return `rows` in the order of the Morton codes of their points; equal codes keep their order.
 
-    Cells divide a cube of edge `width` from the corner `low` on; points outside count to its
-    border, points that are not finite to the first cell.
+    Cells divide a cube of edge `width` from the corner `low` on; points outside count to the cells
+    at its border, points that are not finite to the first cell.
     """
     n = rows.shape[0]
     cells = (1 << BITS) - 1

@@ -15,7 +15,7 @@ MAX_AROUND = 64
 POLE_SAMPLES = 8
 """Number of intervals along a collapsed side in which the deepest descent is searched."""
 PARAMETER_TOL = 1e-9
-"""Difference of parameters (s, t) below which two places are one."""
+"""Difference of parameters (s, t) below which two places count as one place."""
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 MAX_SECTIONS = 30
 
@@ -34,10 +34,9 @@ def stands(side, s, t):
 
 @kernel(linked=True)
 def cross(elements, e, side, s, t):
-    """Return the parameters of the same point in the element across `side`.
+    """Return the same point in the element across `side`: (element, s, t, its joined side).
 
-    The result is that element, s, t, and its side that joins this one; `side` must have a
-    neighbour.
+    `side` must have a neighbour.
     """
     x = t if side < 2 else s
     if elements.table[e]["flip"][side] == 1:
@@ -58,10 +57,10 @@ def collapsed_side(elements, e, s, t):
 
 @inner()
 def _add(elements, foot, list_e, list_st, n):
-    """Append a place to the list unless it is listed already; return the new number of places.
+    """Append a place (element, s, t) to the n listed ones unless it is there; return their number.
 
-    On a collapsed side it is listed as the side's middle. A full list (`MAX_AROUND`) stays as it
-    is.
+    A place on a collapsed side is listed as the side's middle. A full list (`MAX_AROUND`) stays as
+    it is.
     """
     e, s, t = foot
     pole = collapsed_side(elements, e, s, t)
@@ -80,10 +79,10 @@ def _add(elements, foot, list_e, list_st, n):
 
 @kernel()
 def around(elements, foot, list_e, list_st):
-    """List all (element, s, t) that are the point `foot`, over linked sides and poles.
+    """List the places (element, s, t) that are the point `foot`, over linked sides and poles.
 
-    Writes list_e[MAX_AROUND] and list_st[MAX_AROUND, 2], `foot` first; returns their number, of
-    which MAX_AROUND may leave some out. A collapsed side is listed once, by its middle.
+    Writes list_e[MAX_AROUND] and list_st[MAX_AROUND, 2], `foot` first; returns their number. At
+    `MAX_AROUND` some may be missing. A collapsed side is listed once, by its middle.
     """
     n = _add(elements, foot, list_e, list_st, 0)
     k = 0
@@ -128,9 +127,10 @@ def inward_slope(q, side):
 def _fall_at(elements, e, side, x, point, h):
     """Return the slope of f inwards from a collapsed side at x, and a measure of the descent.
 
-    The measure is −√2 times the root of the depth of the parabola that f follows there; the slope
-    if f does not fall. The deepest of these parabolas is in the direction of Newton's step in the
-    tangent plane, unlike the steepest one if the surface has more curvature in another direction.
+    The measure is −√2 times the root of the depth of the parabola that f follows there, or the
+    slope if f does not fall. The deepest of these parabolas is in the direction of Newton's step in
+    the tangent plane, unlike the steepest one if the surface has more curvature in another
+    direction.
     """
     s, t = side_point(side, x)
     q = expand(elements, e, s, t, point, h)
@@ -146,7 +146,8 @@ def _fall_at(elements, e, side, x, point, h):
 def _deepest_from_pole(elements, e, side, point, h):
     """Return slope, descent and x at the place of a collapsed side where f falls most.
 
-    See `_fall_at` for the descent. Samples, then golden-section search around the best one.
+    See `_fall_at` for the descent. The method is golden-section search around the best of some
+    samples.
     """
     best = math.inf
     best_x = 0.0

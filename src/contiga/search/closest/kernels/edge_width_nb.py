@@ -66,10 +66,11 @@ def _square_at(trims, piece, t, place, form, columns, c):
 
 @inner(error_model="numpy")
 def _nearest_on_piece(trims, piece, place, form, columns, c):
-    """Return the distance of a place, or the path, to a trimming piece, and (u, v, t) there.
+    """Return the distance of a place, or of the path, to a trimming piece, and u, v, t there.
 
-    Gauss-Newton from the best of a few samples; steps that do not come nearer are halved, because
-    the question is whether a tiny distance is zero. `columns` as for `_square_at`.
+    The method is Gauss-Newton from the best of a few samples; steps that do not come nearer are
+    halved, because the question is whether a tiny distance is zero. `columns` as for `_square_at`:
+    4 for the place, 3 for the path.
     """
     best_square = math.inf
     t = step = 0.0
@@ -121,7 +122,7 @@ def _pass_at(trims, piece, t, place, carrier, c, h):
 
 @inner(error_model="numpy")
 def _closest_pass(trims, piece, t, place, carrier, c):
-    """Return the smallest distance at which the path passes a trimming piece, (u, v) there, and x.
+    """Return the smallest distance at which the path passes a trimming piece, u, v there, and x.
 
     x is the position along the path. Gauss-Newton runs on the surface itself, from the t of the
     nearest place to second order.
@@ -145,12 +146,13 @@ def _closest_pass(trims, piece, t, place, carrier, c):
 def _pieces_near_path(trims, piece_width, place, x, form, widths, carrier):
     """Find the trimming pieces that the path passes within their width.
 
-    Returns their largest width, zero for none; whether one of them is an edge with width; the (u,
-    v) of that of these which is nearest along the path; and the distance along the path to where
-    its width begins. Only pieces in a window of the patch around `place` are tested, at most
-    `MAX_WINDOW` wide. `place` (u, v) is where the path meets the carrier, at `x`; `form` is the
-    surface about it. `widths` are the largest width and the least width of a piece with an
-    adjoining face; `carrier` is that of `_pass_at`.
+    Returns their largest width, zero for none; whether the path is within the own width of one of
+    them (not just the least width); the (u, v) on the nearest such piece along the path, or `place`
+    if there is none; and the signed distance along the path to where its width begins, else zero.
+    Only pieces in a window of the patch around `place` are tested, at most `MAX_WINDOW` wide.
+    `place` (u, v) is where the path meets the carrier, at `x`; `form` is the surface about it.
+    `widths` are the largest width, and the least width of a piece with an adjoining face; `carrier`
+    is that of `_pass_at`.
     """
     max_width, min_width = widths
     elements, e = carrier[0], carrier[1]
@@ -220,13 +222,13 @@ def _pieces_near_path(trims, piece_width, place, x, form, widths, carrier):
 
 @inner(linked=False, error_model="numpy")
 def edge_width(elements, trims, piece_width, e, place, path, min_width, h):
-    """Return whether a crossing at `place` (s, t) of element e belongs to its face, and where.
+    """Return (width, place, shift) of a crossing at `place` (s, t) of element e.
 
-    `path` is a `LeafPath`, `h` holds the derivatives there. Returns the width of the edge within
-    whose width the crossing is, zero inside the face, OUTSIDE if it does not belong to the face;
-    the place, which is on the edge if the crossing is beyond a trimming piece; and the shift to it
-    along the path, else zero. Edges other than smooth joints and borders are at least `min_width`
-    wide.
+    The width is that of the edge within whose width the crossing is, zero inside the face, OUTSIDE
+    if the crossing does not belong to the face. The place is on the edge if the crossing is beyond
+    a trimming piece, and then `shift` is the way to it along the path, a length, else zero. `path`
+    is a `LeafPath`, `h` holds the derivatives at `place`. Edges other than smooth joints and
+    borders are at least `min_width` wide.
     """
     max_width = max(path.wide, min_width)
     s = min(max(place[0], -0.5), 0.5)

@@ -2,8 +2,8 @@
 
 They measure the depth of a point that the nearest wall of a body must not push, because it is
 opposite to the wall that holds the point. At a kink the normal is the direction to the foot. The
-search starts from the foot that a walk from the last one comes to, and finds that one or a nearer
-one.
+search starts from the foot at the end of a walk from the last foot, and finds that foot or a nearer
+foot.
 """
 
 from __future__ import annotations
@@ -33,9 +33,11 @@ MAX_TRIES = 8
 def _write_guarded(tables, k, point, distance, out, nearest, h):
     """Write row k of `out`: the foot `nearest` of a guarded search, at a distance.
 
-    If a walk from there ends inside a face at the same distance, that is the foot. Otherwise it is
-    an EDGE, whose normal points from the point to the foot, and whose gap is minus their distance.
-    Certified if the search left out nothing.
+    If a walk from there ends inside a face at the same distance, its end is the foot. Otherwise the
+    foot is `nearest`, an EDGE, whose normal points from the point to the foot, and whose gap is
+    minus their distance (normal and gap of the face if they almost touch). The status is OK; the
+    row is certified if the search left out nothing. A place on a trimming curve is polished in
+    `nearest`.
     """
     if nearest[ELEMENT] < 0:
         polish(tables, nearest, point, h)
@@ -60,10 +62,10 @@ def _write_guarded(tables, k, point, distance, out, nearest, h):
 
 @inner()
 def _descends_across_edge(tables, k, point, out, nearest, h):
-    """Return whether row k of `out`, a foot on an edge, is no minimum.
+    """Return whether row k of `out`, a foot on an edge, is no minimum of the distance.
 
-    It is none if the distance falls, on the face across the edge, by more than the gap between the
-    two faces.
+    It is no minimum if a foot continued from it over the edge is closer by more than the gap
+    between the faces there. Overwrites `nearest`.
     """
     start = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
     _, e, s, t, _ = continued_foot(tables, start, point, nearest, h)
@@ -78,12 +80,12 @@ def _descends_across_edge(tables, k, point, out, nearest, h):
 
 @kernel()
 def project_facing(tables, points, guards, limits, starts, out, start, stop):
-    """Write the feet of points[start:stop] that face their `guards` (n, 3) to rows of `out`.
+    """Write the feet of points[start:stop] that face their `guards` (n, 3) to the rows of `out`.
 
     `limits` are `FacingLimits`, `starts` are the `SurfacePlaces` to start from, patch −1 for none:
-    an admissible foot at the end of a walk bounds the search. Rows without a foot within the limits
-    are MAX_ITERATIONS, points that are not finite NOT_FINITE. An edge that is no minimum is
-    skipped, at most `MAX_TRIES` times.
+    an admissible foot at the end of a walk bounds the search. Edges that are no minimum are
+    skipped. Rows without a foot within the limits, or after `MAX_TRIES` such edges, are blank with
+    the status MAX_ITERATIONS, those of points that are not finite with NOT_FINITE.
     """
     h = scratch(4, 6)
     nearest, walk_foot = scratch(4), scratch(4)

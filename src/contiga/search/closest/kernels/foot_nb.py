@@ -37,7 +37,10 @@ EDGE_ZONE = 8.0
 
 @inner(linked=False)
 def write_foot(tables, k, foot, status, feature, point, out, h):
-    """Write row k of the projection `out`, with the gap and normal of the face, not certified."""
+    """Write row k of the projection `out`: a foot (element, s, t), with the face's gap and normal.
+
+    The row is not certified.
+    """
     e, s, t = foot
     elements = tables.elements
     x, y, z = normal_at(elements, e, s, t, h)
@@ -61,10 +64,11 @@ def write_foot(tables, k, foot, status, feature, point, out, h):
 
 @inner()
 def turn_normal(tables, k, reference, point, out):
-    """Point the normal at a kink along the line to the point, on the side of `reference` (3,).
+    """Turn the normal of row k of `out` to the line from the foot to the point, and set its gap.
 
-    The gap becomes the distance with that side's sign. For a point within four tolerances of the
-    foot the normal is `reference`, unless that is zero.
+    The normal is on the side of `reference` (3,), and the gap is the distance with the sign of that
+    side. For a point within four tolerances of the foot the normal is `reference`, scaled to length
+    one, and the gap is measured along it; if `reference` is zero, the row stays as it is.
     """
     square = 0.0
     side = 0.0
@@ -88,10 +92,10 @@ def turn_normal(tables, k, reference, point, out):
 
 @inner()
 def closest_within(tables, point, scope, reach, nearest, h):
-    """Return the distance by `closest` for a point that has a foot at a distance `reach`.
+    """Return the distance that `closest` finds, for a point with a foot at a distance `reach`.
 
     Searches within `reach` and its rounding first, then without a limit; infinite if nothing is
-    found.
+    found. The place is written to `nearest`.
     """
     padded = reach * DISTANCE_MARGIN + 2.0 * MIN_GAIN * tables.scale[1]
     for limit in (padded, math.inf):
@@ -106,10 +110,12 @@ def write_nearest(tables, k, point, out, nearest, h):
     """Write row k of `out`: the closest point of the body, from the `nearest` of a search.
 
     The foot is where a walk from there ends, if that is inside the face; otherwise the place
-    itself, an EDGE. The status is TRIMMED on an open border, BUDGET after a search over budget,
-    MAX_ITERATIONS after a walk that did not converge; certified if the search left out nothing. On
-    a kink the normal is along the line to the point, on the side of the pseudo-normal, or, near an
-    edge whose faces do not fit, of the face that is seen most frontally.
+    itself, an EDGE. The status is AT_BORDER on an open side, TRIMMED on an open trimming curve,
+    BUDGET after a search over budget, MAX_ITERATIONS after a walk that did not converge (unless
+    the search was unresolved), else OK. The row is certified if the search left out nothing and the
+    walk converged. On a kink the normal is along the line to the point, on the side of the
+    pseudo-normal, or, near an edge whose faces do not fit, of the face that is seen most frontally.
+    `nearest` is overwritten.
     """
     elements = tables.elements
     if nearest[ELEMENT] < 0:
@@ -179,8 +185,8 @@ def _distance2(tables, foot, point, h):
 def _edge_foot(tables, home, reach, point, nearest, h):
     """Return where a tracked foot leaves the face `home`: (is on an open border, element, s, t).
 
-    It is the closest point of that face, one of whose points is at the distance `reach`. `nearest`
-    and `h` are work.
+    The result is the closest point of that face, one of whose points is at the distance `reach`.
+    `nearest` and `h` are work.
     """
     closest_within(tables, point, on_patch(home), reach, nearest, h)
     if nearest[ELEMENT] < 0:
@@ -192,11 +198,11 @@ def _edge_foot(tables, home, reach, point, nearest, h):
 
 @inner(linked=False)
 def _next_face(tables, edge, point, nearest, h):
-    """Return the foot on the face across an edge that is closer to the point than the edge.
+    """Return the foot on an adjoining face that is closer to the point than `edge` (element, s, t).
 
-    It is the closest foot on all adjoining faces near the edge. Returns (status, element, s, t,
-    feature, distance of the face if the foot is outside of it, else −1); element −1 where no
-    adjoining face is closer.
+    Returns (status, element, s, t, feature, reach) for the closest of the adjoining faces near the
+    edge. `reach` is −1 for a foot inside its face, else the distance of that face. Element −1 where
+    no adjoining face is closer.
     """
     elements = tables.elements
     grid = tables.grid
@@ -241,7 +247,9 @@ def continued_foot(tables, start, point, nearest, h):
 
     Over linked sides the walk goes on by itself. At an edge where the sides of the faces do not
     coincide, or at a trimmed edge, the adjoining faces are tried from the point on the edge, at
-    most `MAX_FACES` in turn. TRIMMED if the foot is on an open border, or still outside of a face.
+    most `MAX_FACES` in turn. The status is that of `walk` inside a face, OK on the edge of a face
+    with no closer face beyond, TRIMMED if that edge is an open trimming curve, or if the foot is
+    still outside of a face at the end.
     """
     elements = tables.elements
     reach = math.sqrt(_distance2(tables, start, point, h))
@@ -273,8 +281,8 @@ def continued_foot(tables, start, point, nearest, h):
 def tracked_foot(tables, k, start, point, out, nearest, h):
     """Write row k of `out`: the foot continued from `start` = (element, s, t), not certified.
 
-    At a kink the normal is along the line to the point, on the side of the pseudo-normal, if the
-    walk converged.
+    The status is that of `continued_foot`. At a kink, if it is OK, the normal is along the line to
+    the point, on the side of the pseudo-normal; otherwise gap and normal are those of the face.
     """
     status, e, s, t, feature = continued_foot(tables, start, point, nearest, h)
     write_foot(tables, k, (e, s, t), status, feature, point, out, h)

@@ -118,8 +118,8 @@ minimum: beside poles, and for points on axes, no bound excludes one."""
 def _improve(elements, trims, place, distance, best, nearest, query):
     """Return the smaller of `best` and the distance of `place` (element, s, t).
 
-    If that place is nearer, on the face and admissible for the guard, it is written to `nearest`.
-    `query` is (point, scope, work).
+    A place counts if it is on the face and admissible for the guard; a nearer one is written to
+    `nearest`. `query` is (point, scope, work).
     """
     e, s, t = place
     if distance < best and in_face(elements, trims, e, s, t):
@@ -194,9 +194,9 @@ def _may_come_within(bounds, distance):
 def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
     """Improve the best distance and `nearest` (element, s, t) by one surface leaf.
 
-    `limits` are `SearchLimits`. Returns the best distance and the number of cells opened here.
-    Raises nearest[LEFT_OUT] to UNRESOLVED or OVER_BUDGET if a cell is left that may hide a foot.
-    `stack` (64, 4) and `h` are work.
+    `limits` are `SearchLimits`. Returns the best distance, old or new, and the number of cells
+    opened here. Raises nearest[LEFT_OUT] to UNRESOLVED or OVER_BUDGET if a cell is left that may
+    hide a foot. `stack` (64, 4) and `h` are work.
     """
     best, slack, before, scope = limits.best, limits.slack, limits.opened, limits.scope
     query, has_guard = (point, scope, scratch(4, 6)), scope.min_cosine > NO_GUARD
@@ -286,9 +286,9 @@ def _faces_away(h, half, b, scope):
 
 @inner()
 def _has_kink(elements, e, first_side, x):
-    """Return whether element e ends or has a kink at the side x = ±1/2 of one of its parameters.
+    """Return whether element e ends or has a kink at the side x = ±1/2 of a parameter.
 
-    The parameter is the one whose sides are `first_side` and the next; a round pole is no kink.
+    It is the parameter with the sides `first_side` and `first_side` + 1; a round pole is no kink.
     """
     side = first_side + (1 if x > 0.0 else 0)
     kind = elements.table[e]["kind"][side]
@@ -297,7 +297,7 @@ def _has_kink(elements, e, first_side, x):
 
 @inner()
 def _improve_by_form(tables, e, point, limits, nearest, h):
-    """Improve the best distance and `nearest` by element e, which has a form; return the distance.
+    """Improve `nearest` by element e, which has a form; return the best distance, old or new.
 
     Where trims cut off its nearest place, the nearest one is on a trimming curve, which has leaves
     of its own. With a guard all local minima of an element count; its farther ends are minima if
@@ -401,7 +401,8 @@ def closest(tables, point, scope, reach, nearest, h):
 
     Infinite if nothing is that near; points that gain less than `MIN_GAIN` tolerances may be
     missed. Writes element, s, t to `nearest`, or −1 − piece and the piece's parameter if a trimming
-    curve is closest; and 0, UNRESOLVED or OVER_BUDGET to nearest[LEFT_OUT].
+    curve is closest; and 0, UNRESOLVED or OVER_BUDGET to nearest[LEFT_OUT]. If nothing is found,
+    only nearest[LEFT_OUT] is written.
 
     Forms are evaluated at once. Leaves, which cost a hundred times as much, are pending until the
     nearest form is known, and are then opened from the nearest on.

@@ -71,7 +71,7 @@ def curve_faces_away(leaf, plate, point, scope):
     """Return whether the face along a curve leaf is proved to have no minimum for the guard.
 
     It has none if it faces away from the guard, or has the point before it, everywhere: the proof
-    uses its normal in the middle and the bound of its rotation.
+    uses its normal in the middle and the bound of its rotation. False if the proof fails.
     """
     middle, bound, tangent = plate["middle"], leaf["bound"], plate["x"]
     if not bound[8] < 1.0 or plate["metric"][0] == 0.0:
@@ -88,10 +88,10 @@ def curve_faces_away(leaf, plate, point, scope):
 
 @inlined()
 def is_turned_away(cosine, sine, min_cosine):
-    """Return whether all normals within an angle from one are turned away from the guard.
+    """Return whether all normals within an angle from a middle one are turned away from the guard.
 
-    Their products with it are below `min_cosine`. `cosine` is the product of that one normal with
-    the guard, `sine` the sine of the angle.
+    Their products with the guard are then below `min_cosine`. `cosine` is the product of the middle
+    normal with the guard, `sine` the sine of the angle.
     """
     cos_angle = math.sqrt(1.0 - sine * sine)
     largest = cosine * cos_angle + math.sqrt(max(1.0 - cosine * cosine, 0.0)) * sine
@@ -100,11 +100,12 @@ def is_turned_away(cosine, sine, min_cosine):
 
 @inner()
 def faces_guard(elements, place, point, scope, h):
-    """Return whether a place faces the guard, and the distance and height of the point.
+    """Return whether a place faces the guard, and the point's distance and height over it, lengths.
 
     It does if neither the normal nor the direction from the point to the place, which is the normal
-    at a kink, turns away from the guard, and the point is behind the face and not too near. The
-    height is that over the tangent plane. `h` gets the derivatives there.
+    at a kink, turns away from the guard, and the point is behind the face and at least
+    `min_distance` away. The height is that over the tangent plane. Writes the derivatives at the
+    place to `h`.
     """
     e, s, t = place
     normal = normal_at(elements, e, s, t, h)
@@ -124,11 +125,11 @@ def faces_guard(elements, place, point, scope, h):
 
 @inner(linked=False)
 def is_admissible(elements, place, point, scope, h):
-    """Return whether a place is a minimum of the distance that the scope admits.
+    """Return whether a place (element, s, t) is a minimum of the distance that the scope admits.
 
     On a side with a kink the direction to the point need not be normal to the face, but no nearby
-    place of the same face may be closer; at a pole, no place around it. Behind a border there is no
-    minimum.
+    place of the same face may be closer; at a pole, no place around it. On a border, the point must
+    be straight above or below it (`is_above_border`).
     """
     e, s, t = place
     faces, distance, height = faces_guard(elements, place, point, scope, h)
@@ -160,5 +161,5 @@ def is_admissible(elements, place, point, scope, h):
 
 @inner()
 def is_above_border(distance, height):
-    """Return whether a point with this distance and height over the face is above a border."""
+    """Return whether a point with this distance and height is straight above or below a border."""
     return distance * distance - height * height <= BORDER_TOL * BORDER_TOL * distance * distance

@@ -48,7 +48,10 @@ def expand(elements, e, s, t, point, h):
 
 @inner()
 def newton(q):
-    """Return Newton's step for the expansion q, shifted to be positive definite in the metric."""
+    """Return Newton's step (d_s, d_t) for the expansion q, its Hessian shifted where not definite.
+
+    The shift makes the Hessian positive definite in the metric.
+    """
     g_s, g_t, h_ss, h_st, h_tt = q.f_s, q.f_t, q.f_ss, q.f_st, q.f_tt
     a, b = q.square_s, q.square_t
     x = h_ss / a
@@ -67,9 +70,9 @@ def newton(q):
 
 @inner()
 def newton_along(g, curvature, metric):
-    """Return Newton's step of one variable.
+    """Return Newton's step of one variable with the derivative g.
 
-    The metric replaces a curvature that is not positive.
+    The metric replaces a curvature that is not positive (`MIN_EIGENVALUE`).
     """
     return -g / (curvature if curvature > MIN_EIGENVALUE * metric else metric)
 
@@ -130,11 +133,11 @@ def _moved(x, d, reach, ends):
 
 @inner()
 def line_search(elements, e, foot, step, q, target, h):
-    """Step along `step`, to the first side at most, and halve it until f decreases enough.
+    """Move the foot (s, t) by `step`, to the first side at most, halved until f decreases enough.
 
     Enough is `ARMIJO` of the predicted decrease; `target` is (point, noise): changes of f below the
-    noise are its rounding. Returns (whether the foot moved, s, t, expansion there), the foot itself
-    after `MAX_HALVINGS`.
+    noise are its rounding. `q` is the expansion at the foot. Returns (whether the foot moved, s, t,
+    expansion there); False and the old foot after `MAX_HALVINGS`.
     """
     point, noise = target
     s, t = foot

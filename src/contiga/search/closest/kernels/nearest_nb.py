@@ -72,7 +72,8 @@ def nearest_leaf(tables, point):
 def _seed(tables, point):
     """Return the leaf nearest to the middle of a point's voxel, or to a point beyond the voxels.
 
-    The first query of a voxel stores its leaf in the seeds; every query would find the same one.
+    It is −1 for a body without leaves. The first query of a voxel stores its leaf in
+    `tables.seeds`; every query would find the same one.
     """
     seeds = tables.seeds
     voxels = seeds.voxels
@@ -123,7 +124,7 @@ def _search(tables, k, point, within, guess, out, nearest, h):
 
     Closer means by more than `MIN_GAIN` tolerances; the row is certified if the search left out
     nothing. The body has a point within the distance `within`; if no search finds one, the row is
-    MAX_ITERATIONS.
+    blank with the status MAX_ITERATIONS. For other statuses see `write_nearest`.
     """
     e, uv, record = guess.element, guess.uv, guess.record
     if e >= 0:
@@ -153,8 +154,8 @@ def _is_finite(point):
 def _limit_distance(tables, point):
     """Return the point, moved to `MAX_DISTANCE` if it is beyond, and whether it was moved.
 
-    Distances of points beyond round to one number, and their squares may overflow. It moves towards
-    the origin of the first element.
+    Distances of points beyond round to one number, and their squares may overflow. The point moves
+    towards the origin of the first element.
     """
     limit = MAX_DISTANCE * tables.scale[0]
     origin = tables.elements.table[0]["origin"]
@@ -169,7 +170,7 @@ def _limit_distance(tables, point):
 
 @inner(linked=False)
 def _correct_gap(out, k, point):
-    """Set the gap of row k, found for a point that was moved, to the point's own distance."""
+    """Set the gap of row k, found for a point that was moved, to the distance of `point` itself."""
     x, y, z = point[0] - out.point[k, 0], point[1] - out.point[k, 1], point[2] - out.point[k, 2]
     largest = max(abs(x), abs(y), abs(z))
     x, y, z = x / largest, y / largest, z / largest
@@ -181,7 +182,7 @@ def project_global(tables, points, rows, within, out, start, stop):
     """Write the closest points of points[rows[start:stop]] to the same rows of `out`.
 
     `within` (one for each of `rows`) are upper bounds of their distances. Points that are not
-    finite are NOT_FINITE. Fills seeds.
+    finite get blank rows with NOT_FINITE; for other statuses see `_search`. Fills `tables.seeds`.
     """
     h = scratch(4, 6)
     nearest = scratch(4)
@@ -199,7 +200,7 @@ def project_global(tables, points, rows, within, out, start, stop):
 
 @kernel()
 def project_proved(tables, balls, points, rows, within, out, start, stop):
-    """Write the same as `project_global`, with the touching balls of the body."""
+    """Write the same as `project_global`; guesses inside touching `balls` need no search."""
     h = scratch(4, 6)
     nearest = scratch(4)
     for i in range(start, stop):
@@ -227,8 +228,8 @@ def project_from(tables, surroundings, points, starts, out, start, stop):
     """Write the closest points of points[start:stop] to the same rows of `out`.
 
     Newton's method from the feet `starts` (patch, uv; patch −1 for none) on another shape of the
-    body gives a guess, proved by `is_closest`. A point without a guess, or whose guess is not
-    proved, is searched for. Points that are not finite are NOT_FINITE.
+    body gives a guess. If `is_closest` proves it, it is written as certified; otherwise branch and
+    bound finds the closest point. Points that are not finite get blank rows with NOT_FINITE.
     """
     h = scratch(4, 6)
     nearest = scratch(4)

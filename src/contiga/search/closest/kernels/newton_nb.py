@@ -37,7 +37,7 @@ def local_place(u, u0, scale):
 
 @inlined()
 def polynomial_at(k, o, n, s, t):
-    """Return the derivatives (six each) of the coordinates x, y, z at (s, t).
+    """Return the coordinates x, y, z at (s, t), each with its derivatives (six numbers).
 
     (s, t) are relative to the centre of expansion; coefficients are every n-th number from k[o].
     """
@@ -47,7 +47,7 @@ def polynomial_at(k, o, n, s, t):
 
 @inlined()
 def weight_at(k, o, n, s, t):
-    """Return the weight and its derivatives, whose coefficients follow those of the coordinates."""
+    """Return the weight with its derivatives; its coefficients follow those of the coordinates."""
     return bicubic(k, o + 48 * n, n, s, t)
 
 
@@ -66,10 +66,10 @@ def newton_step(place, progress, p, x, y, z, tolerance):
     """Run one round for the point p from place = (s, t), with the derivatives x, y, z there.
 
     `progress` is (square of the distance that may not be exceeded, state), `tolerance` the square
-    of the accepted tangential miss. Returns s, t, the square of the distance, and the state:
-    REJECTED, with the place unchanged, near a pole, without a definite Hessian, or if f does not
-    fall; LEFT where the step ends outside of the element. A state other than ACTIVE changes
-    nothing.
+    of the accepted tangential miss. Returns the new s and t, the square of the distance at the old
+    place, and the new state: DONE after a last step; REJECTED, with the place unchanged, near a
+    pole, without a definite Hessian, or if the distance has not fallen; LEFT where the step ends
+    outside of the element; else ACTIVE. With another state than ACTIVE nothing changes.
     """
     s, t = place
     best, state = progress
@@ -107,10 +107,10 @@ def newton_step(place, progress, p, x, y, z, tolerance):
 
 @inlined()
 def foot_record(p, state, x, y, z, tolerance):
-    """Return normal (three numbers), gap and state of the point p, by the derivatives at its foot.
+    """Return n_x, n_y, n_z, gap and state of the point p, by the derivatives at its foot.
 
-    x, y, z are those of the coordinates. The normal is zero at a pole. A foot that misses by more
-    than the tolerance is REJECTED.
+    x, y, z are the coordinates of the foot with their derivatives. The normal is zero at a pole.
+    `tolerance` is the square of the accepted tangential miss: a DONE foot beyond it is REJECTED.
     """
     r_x = x[0] - p[0]
     r_y = y[0] - p[1]

@@ -53,8 +53,9 @@ def may_continue(elements, e, s, t):
 def _newton(element, place, best, p, tolerance):
     """Run Newton's method in one element from place = (s, t); `p` is relative to its origin.
 
-    It ends after `ROUNDS` rounds. Returns (s, t), the square of the distance, the state (DONE, or
-    why not), and the foot's `FootRecord`, relative to the origin, too.
+    It ends after `ROUNDS` rounds. `best` is the square of the distance that may not be exceeded,
+    `tolerance` the square of the accepted tangential miss. Returns (s, t), the new `best`, the
+    state (DONE, or why not), and the `FootRecord`, also relative to the origin.
     """
     k, centre = element["cubic"], element["about"]
     rational = element["form"] == RATIONAL_CUBIC
@@ -77,9 +78,9 @@ def _newton(element, place, best, p, tolerance):
 
 @inner()
 def _in_element(tables, e, foot, best, point):
-    """Run `_newton` in element e from the parameters foot = (u, v), for a point of the body.
+    """Run `_newton` in element e from the parameters foot = (u, v), for a point in body axes.
 
-    The state is REJECTED for elements of other forms than cubics, and for those trimmed away.
+    Returns the same; the state is REJECTED for elements that are no cubics or are trimmed away.
     """
     element = tables.elements.table[e]
     box = element["box"]
@@ -105,7 +106,8 @@ def newton_foot(tables, e, start, point):
     """Return the foot in element e, or in the next element of its patch where Newton's method ends.
 
     It starts from start = (u, v), and leaves e for one other element at most. Returns the foot's
-    element, −1 for none, its (s, t), its (u, v), and its `FootRecord`. Trims are not checked.
+    element, −1 for none, its (s, t), its (u, v), and its `FootRecord` in body axes. Trims are not
+    checked.
     """
     elements = tables.elements
     place, best, state, record = _in_element(tables, e, start, math.inf, point)

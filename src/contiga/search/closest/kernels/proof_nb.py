@@ -37,10 +37,10 @@ BORDER_TOL = 1e-9
 
 @inner()
 def _local_interval(box, other, first, low, high):
-    """Convert an interval of the parameter of one element to that of another of its patch.
+    """Return an interval (low, high) of one element's parameter in that of another of its patch.
 
     `low` … `high` is along s (`first` 0) or t (`first` 2) of the element with the parameter box
-    `other`; the result along that of the element with `box`.
+    `other`; the result is along the same parameter of the element with `box`.
     """
     width = box[first + 1] - box[first]
     middle = 0.5 * (other[first] + other[first + 1]) - box[first]
@@ -77,8 +77,9 @@ def _rises_over(tables, surroundings, foot, leaf, local, h):
 def is_closest(tables, surroundings, foot, point, distance):
     """Return whether the foot (element, s, t), at a distance, is proved the closest point.
 
-    Points that gain less than `MIN_GAIN` tolerances do not count; trimming curves lie on their
-    faces. False if the proof fails or takes more than MAX_OPENED cells.
+    Points that are closer by less than `MIN_GAIN` tolerances do not count; trimming curves are
+    skipped, because they lie on their faces. False if the proof fails or takes more than
+    `MAX_OPENED` cells.
     """
     nodes, bounds, h = stack_int64(128), scratch(128), scratch(4, 6)
     nearest, stack, h_cell = scratch(4), scratch(64, 4), scratch(4, 6)

@@ -53,7 +53,7 @@ FRONTAL = 0.99
 
 @inner()
 def _angle(ax, ay, az, bx, by, bz):
-    """Return the angle between two vectors."""
+    """Return the angle between two vectors, 0 to π."""
     cross = math.sqrt(
         (ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2
     )
@@ -65,7 +65,7 @@ def _add_elements(tables, foot, only, total, h):
     """Add the normals of the elements around a foot, weighted by angle, to total[3].
 
     Elements of other patches than `only` (−1: all count), or outside the trims, are skipped.
-    Returns the number of all elements around, and their list.
+    Returns the number of all elements around, skipped ones too, and their list (MAX_AROUND,).
     """
     elements = tables.elements
     list_e = np.empty(MAX_AROUND, np.int64)
@@ -112,7 +112,7 @@ def _add_elements(tables, foot, only, total, h):
 
 @inner()
 def _is_point(trims, patch, p, q):
-    """Return whether two places (u, v) of a patch are one: see `CORNER_TOL`."""
+    """Return whether two places (u, v) of a patch coincide to within `CORNER_TOL`."""
     domain = trims.domain[patch]
     u = abs(q[0] - p[0])
     v = abs(q[1] - p[1])
@@ -121,17 +121,17 @@ def _is_point(trims, patch, p, q):
 
 @inner()
 def _is_short(trims, piece):
-    """Return whether a trimming piece is a point of its patch."""
+    """Return whether a trimming piece is a point of its patch: its ends are one place."""
     ends = trims.piece_ends[piece]
     return _is_point(trims, trims.piece_patch[piece], (ends[0], ends[1]), (ends[2], ends[3]))
 
 
 @inner()
 def _joined_piece(trims, piece, end):
-    """Return the piece of the same patch that continues a piece at its end (0 or 1), or −1.
+    """Return the piece of the same patch that continues a piece at its `end` (0 or 1), or −1.
 
-    Its end is exactly the same (u, v). Pieces that are points are skipped, `MAX_TINY_EDGES` at
-    most.
+    Both meet at exactly the same (u, v). Pieces that are points are skipped; −1 after
+    `MAX_TINY_EDGES` of them.
     """
     patch = trims.piece_patch[piece]
     for _ in range(MAX_TINY_EDGES):
@@ -154,9 +154,9 @@ def _joined_piece(trims, piece, end):
 def _corner_angle(tables, nearest, h):
     """Return the angle of a trimmed face at its border point `nearest`: π except at corners.
 
-    The angle at a corner of a loop is that of the tangents of both pieces in space, or 2π less it
-    if the face is on the reflex side. It is π, too, where the pieces continue or turn back into
-    each other.
+    The angle at a corner of a loop is that of the tangents of both pieces in space, or 2π minus
+    that angle if the face is on the reflex side. It is π, too, where no piece continues the other,
+    or where they continue straight or have no direction.
     """
     piece = int(-1 - nearest[ELEMENT])
     t = nearest[S]
@@ -212,7 +212,7 @@ def _snapped(x):
 
 @inner()
 def joint_reach(tables, e):
-    """Return the largest distance from an edge of element `e` of the faces that meet there."""
+    """Return the largest distance, length, of an edge of element `e` from the faces at it."""
     return max(tables.elements.table[e]["edge_tolerance"], JOINT_TOL * tables.scale[0])
 
 
@@ -220,8 +220,9 @@ def joint_reach(tables, e):
 def patches_near(tables, point, reach, patches):
     """List the patches that may be within `reach` of a point in patches[MAX_PATCHES].
 
-    Returns their number, −1 if there are more; their boxes decide. A face with many holes has an
-    edge with a hundred others: to search each of them takes longer than one query of the hierarchy.
+    Returns their number, −1 if there are more; the boxes of their leaves decide. A face with many
+    holes has an edge with a hundred others: to search each of them takes longer than one query of
+    the hierarchy.
     """
     tree = tables.tree
     leaves = tables.leaves
@@ -265,16 +266,19 @@ def is_listed(patches, n_patches, patch):
 
 @inner()
 def _add_face(tables, patch, place, nearest, total, h):
-    """Add the normal of the face `patch` if it passes through place = (point, tolerance)."""
+    """Add the weighted normal of the face `patch` to total[3] if it passes through `place`.
+
+    `place` is (point, tolerance); the weight is that of `_add_normal_at`. `nearest` is overwritten.
+    """
     if math.isfinite(closest(tables, place[0], on_patch(patch), place[1], nearest, h)):
         _add_normal_at(tables, patch, nearest, total, h)
 
 
 @inner(linked=False)
 def _add_normal_at(tables, patch, nearest, total, h):
-    """Add the normal of the face `patch`, weighted by its angle, at its place `nearest` on a kink.
+    """Add the normal of the face `patch` at its place `nearest` to total[3], weighted by its angle.
 
-    `nearest` is overwritten at a corner of the face's loops.
+    `nearest`, on a kink, is overwritten at a corner of the face's loops.
     """
     e, s, t = surface_foot(tables, nearest, h)
     # At a corner of its loops a face counts with the angle that it subtends there.
@@ -304,9 +308,9 @@ def _add_normal_at(tables, patch, nearest, total, h):
 def pseudo_normal(tables, foot, nearest, total, h):
     """Write the angle-weighted sum of the normals of all faces at a foot on a kink to total[3].
 
-    It is not normalised. Beside the foot's own face the adjoining faces count that pass within
-    `joint_reach` of it. `nearest` is that foot if a search has found it on a trimming piece, and is
-    overwritten; otherwise its element is 0 or more.
+    The sum is not normalised. Beside the foot's own face the adjoining faces count that pass within
+    `joint_reach` of the foot. `nearest` holds the foot if a search has found it on a trimming
+    piece, otherwise its element is 0 or more; it is overwritten.
     """
     elements = tables.elements
     total[:] = 0.0
@@ -340,12 +344,13 @@ def pseudo_normal(tables, foot, nearest, total, h):
 
 @inner(linked=False)
 def side_of_most_frontal(tables, home, place, nearest, h):
-    """Return the side of the face that a point sees most frontally, positive on the free side.
+    """Return the height (length) of a point over the face that it sees most frontally.
 
-    `place` is (point, distance of its foot on an edge of the element `home`), `nearest` is work.
-    Where the faces at an edge do not fit, a face that reaches past the other is seen from behind.
-    Of several faces that are seen frontally the nearest counts: beyond the end of an edge may be
-    one that has no part in it. Zero where no face is found.
+    It is positive on the free side; callers use its sign. `place` is (point, distance of its foot
+    on an edge of the element `home`), `nearest` is work. Where the faces at an edge do not fit, a
+    face that reaches past the other is seen from behind. Of several faces that are seen frontally
+    the nearest counts: beyond the end of an edge may be a face that has no part in that edge. Zero
+    where no face is found.
     """
     point, distance = place
     edge_tolerance = tables.elements.table[home]["edge_tolerance"]

@@ -50,7 +50,8 @@ POLE_RADIUS = 1e-2
 def _pressed(q, s, t, miss):
     """Return the sides of s and of t across which f falls by more than `miss` per length.
 
-    −1 for none. On a collapsed side every direction that does not lead down counts: others may.
+    They are (0 or 1, 2 or 3), −1 for none. At a collapsed side the foot counts as pressed unless f
+    falls inwards: f may fall in another direction from there.
     """
     g_s, g_t, a, b = q.f_s, q.f_t, q.square_s, q.square_t
     limit_s = miss * math.sqrt(a)
@@ -78,9 +79,9 @@ def _pressed(q, s, t, miss):
 def _exit_over(elements, foot, sides, point, miss, h):
     """Return the place (element, s, t) across the sides that a foot presses against.
 
-    It is the first side inwards from which f falls by more than `miss` per length; if there is
-    none, where f falls most at the corner or pole of the foot. Element −1 if it falls nowhere. `h`
-    is overwritten.
+    The first of the two sides counts in whose neighbour f falls inwards by more than `miss` per
+    length; if there is none, the place at the corner or pole of the foot from which f falls most.
+    Element −1 if it falls nowhere. `h` is overwritten.
     """
     e, s, t = foot
     at_corner = abs(s) >= 0.5 and abs(t) >= 0.5
@@ -103,10 +104,10 @@ def _exit_over(elements, foot, sides, point, miss, h):
 def walk(elements, start, point, tolerance, h):
     """Return the local foot of `point` from `start` = (element, s, t).
 
-    Returns (status, element, s, t, feature): OK, AT_BORDER where it presses against a border, or
-    MAX_ITERATIONS, where f still falls but no step lowers it or the steps ran out. Trims are not
-    tested. `tolerance` is the tangential miss, a length. `h` (4, 6) is work, and holds the
-    derivatives at the foot afterwards.
+    Returns (status, element, s, t, feature). The status is OK, AT_BORDER where the foot presses
+    against a border, or MAX_ITERATIONS, where f still falls but no step lowers it or the steps ran
+    out; the feature is FACE, EDGE or VERTEX. Trims are not tested. `tolerance` is the accepted
+    tangential miss, a length. `h` (4, 6) is work, and holds the derivatives at the foot afterwards.
     """
     e, s, t = start
     q = expand(elements, e, s, t, point, h)
@@ -193,8 +194,9 @@ def walk(elements, start, point, tolerance, h):
 def _settle(elements, e, s, t, sides):
     """Return status, element, s, t and feature of a converged foot.
 
-    The sides it presses against decide: AT_BORDER where the surface ends, EDGE at a kink, VERTEX at
-    two sides or a pole that is not round, else FACE.
+    The sides that the foot presses against decide. The status is AT_BORDER where the surface ends,
+    else OK; the feature is EDGE at a border or kink, VERTEX at two sides or a pole that is not
+    round, else FACE.
     """
     status = OK
     feature = FACE

@@ -83,9 +83,9 @@ def paint(pieces, small, shape, words, surface_bits, piece_of_word):
 
 @kernel()
 def label_regions(clear):
-    """Number the connected regions of clear cells from 1, in the order of their first cells.
+    """Return the number of each cell's connected region of clear cells, 0 for other cells.
 
-    Other cells get 0. Cells are connected by faces.
+    Regions are numbered from 1, in the order of their first cells. Cells are connected by faces.
     """
     shape = clear.shape
     parent = np.arange(shape[0] * shape[1] * shape[2]).astype(np.int32)
@@ -119,10 +119,11 @@ def label_regions(clear):
 
 @kernel()
 def depths(clear):
-    """Return the number of cells from each cell to the next one that is not clear.
+    """Return the number of steps from each cell to the next cell that is not clear.
 
     Diagonal steps count as one; 0 in cells that are not clear, and more than any path is long if
-    all are. Forward and backward pass (Rosenfeld & Pfaltz 1968, doi 10.1016/0031-3203(68)90013-7).
+    all are clear. The method is a forward and a backward pass (Rosenfeld & Pfaltz 1968, doi
+    10.1016/0031-3203(68)90013-7).
     """
     n_i, n_j, n_k = clear.shape
     depth = np.zeros(clear.shape, np.int32)
@@ -155,7 +156,7 @@ def _depth_beside(depth, i, j, k, step, max_depth):
 
 @inner()
 def _flood(seed, clear):
-    """Return the bits of `clear` that are connected to the bit `seed`."""
+    """Return the bits of `clear` that are connected to the bit `seed` (a word with this bit)."""
     x = seed
     while True:
         y = x | ((x & ~K_LAST) << ONE) | ((x & ~K_FIRST) >> ONE)
@@ -197,9 +198,9 @@ def parts_of(surface_bits):
 def join(labels, words, places, first, mask):
     """Return the root of every connected region: labelled cells (label − 1), then the parts.
 
-    `labels` (cells,) are 1 … of cells without surface, 0 in others; `words` (cells,) the words of
-    the latter, −1 elsewhere; `places` (words, 3) their cells, none at the border of the grid;
-    `first` and `mask` as `parts_of` returns them.
+    `labels` (cells,) are the regions, from 1, of cells without surface, 0 in cells that may contain
+    surface; `words` (cells,) are the words of these, −1 elsewhere; `places` (words, 3) are the
+    cells of the words, none at the border of the grid; `first` and `mask` are those of `parts_of`.
     """
     shape = labels.shape
     count = 0
@@ -240,11 +241,12 @@ def join(labels, words, places, first, mask):
 
 @kernel()
 def sizes_and_samples(parent, labels, depth, places, first, mask):
-    """Return the number of small cells connected to every root, and three sample points of each.
+    """Return the number of small cells (n,) connected to every root, and three sample points each.
 
-    The points (roots, 3, 3) are in cells: middles of three cells next to cells that may contain
-    surface, spread over the region; of small cells where it has no such cell. Rows that are no root
-    are undefined. `depth` (cells,) is the number of cells to the next that may contain surface.
+    The points (n, 3, 3) have coordinates in units of cells. They are the middles of three cells
+    next to cells that may contain surface, spread over the region, or of small cells if the region
+    has no such cell. Rows that are no root are undefined. `parent` (n,) is that of `join`, `depth`
+    (cells,) that of `depths`.
     """
     n = parent.shape[0]
     size = np.zeros(n, np.int64)
@@ -299,8 +301,9 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
 def side_tables(parent, sign, labels, depth, words, first, mask):
     """Return the tables for queries of sides: `cell` and `masks` of a `SideGrid`.
 
-    They are (cells,) side times depth, or FIRST_WORD + word, and (words, 2) masks of the small
-    cells inside and outside. `sign` (roots,) is 1 outside, −1 inside, 0 unknown.
+    They are (cells,) side times depth, or FIRST_WORD + word in cells that may contain surface, and
+    (words, 2) masks of the small cells inside, and of those outside. `sign` (roots,) is 1 outside,
+    −1 inside, 0 unknown.
     """
     shape = labels.shape
     cell = np.empty(shape, np.int32)

@@ -27,7 +27,7 @@ def _in_cells(grid, p):
 
 @inner()
 def _distance_to_side(x, parts):
-    """Return the distance (in cells) from a place to the nearest side of its part of a cell.
+    """Return the distance, in cells, from a place to the nearest side of its part of a cell.
 
     `parts` is the number of parts along a cell.
     """
@@ -76,10 +76,10 @@ def side_at(grid, x):
 
 @kernel()
 def sides(grid, points, rows, side, reach, start, stop):
-    """Write the sides of points[rows[start:stop]], and lower bounds of their surface distance.
+    """Write the sides of points[rows[start:stop]] to `side`, and their safe distances to `reach`.
 
-    Row i belongs to rows[i]. Both are zero where the side is unknown, and for points that are not
-    finite.
+    Row i belongs to rows[i]. A safe distance is a lower bound of the distance from the surface, a
+    length. Both are zero where the side is unknown, and for points that are not finite.
     """
     for i in range(start, stop):
         k = rows[i]
@@ -97,9 +97,9 @@ def sides(grid, points, rows, side, reach, start, stop):
 def places(grid, points, rows, out_sides, out_places, start, stop):
     """Write the `sides` of points[rows[start:stop]], and a piece of the surface near each.
 
-    The sides go to `out_sides` (Sides), patch and parameters of the pieces to `out_places`
-    (SurfacePlaces): of points of unknown side in cells that may contain surface; patch −1 for all
-    others.
+    Sides and safe distances go to `out_sides` (Sides), patch and parameters of the pieces to
+    `out_places` (SurfacePlaces), row i for rows[i]. Only points of unknown side in cells that may
+    contain surface get a piece; the patch of all others is −1.
     """
     side, reach = out_sides.side, out_sides.reach
     patch, uv = out_places.patch, out_places.uv
@@ -123,8 +123,8 @@ def places(grid, points, rows, out_sides, out_places, start, stop):
 def clear_paths(grid, before, now, rows, clear, start, stop):
     """Write whether the paths before[rows] → now[rows] are known to meet no surface to `clear`.
 
-    Row i belongs to rows[i]. False for paths of more than `MAX_STEPS` cells, or that are not
-    finite.
+    Row i belongs to rows[i]. False for paths through places of unknown side, of more than
+    `MAX_STEPS` cells, or that are not finite.
     """
     skin = grid.skin / grid.size
     for i in range(start, stop):

@@ -113,10 +113,11 @@ def widen(piece, margin):
 
 @kernel()
 def surface_pieces(elements, trims, origin, margins, limits):
-    """Return pieces (n, 11) about `origin`, and their middles (n, 3): element, s, t.
+    """Return pieces (n, 11) relative to `origin`, and their middles (n, 3): element, s, t.
 
-    Elements are halved until their parts are within `limits`, `PieceLimits`; parts outside the
-    trims are left out. `margins` (elements,) widen the pieces of each element.
+    Elements are halved until their parts are within `limits` (`PieceLimits`), or there are
+    `max_pieces`; parts outside the trims are left out. `margins` (elements,) widen the pieces of
+    each element, a length.
     """
     pieces = np.empty((4096, COLUMNS))
     middles = np.empty((4096, 3))

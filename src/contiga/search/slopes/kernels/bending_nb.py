@@ -67,8 +67,9 @@ def _pole_bending(elements, e, side, normal, h):
 def bending(elements, foot, normal, h):
     """Return two orthonormal tangents at `foot` = (element, s, t), and b11, b12, b22 there.
 
-    These are the second fundamental form towards `normal`; zeros if the patch has no tangent plane
-    there. Afterwards `h` holds the derivatives at the foot, except at a pole.
+    The three numbers (one per length) are the second fundamental form towards `normal` in these
+    tangents; zeros if the patch has no tangent plane there. Afterwards `h` holds the derivatives at
+    the foot, except at a pole.
     """
     e, s, t = foot
     evaluate(elements, e, s, t, h)

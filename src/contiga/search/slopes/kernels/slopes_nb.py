@@ -41,9 +41,9 @@ MIN_LENGTH = 10.0
 def _closest_parameter(trims, piece, place, c):
     """Return the parameter t of a piece nearest to `place` (u, v), and the squared distance.
 
-    The distance is in shares of the patch; the best of Newton's steps from `N_STARTS` + 1 starts.
-    Infinite if the place is outside the box of the piece's control points, by more than
-    `SAME_UV_TOL`. `c` (3, 3) is work.
+    The distance is in shares of the patch, and the smallest on Newton's way from `N_STARTS` + 1
+    starts. It is infinite if the place is outside the box of the piece's control points by more
+    than `SAME_UV_TOL`. `c` (3, 3) is work.
     """
     best, best_t = math.inf, 0.0
     domain = trims.domain[trims.piece_patch[piece]]
@@ -87,11 +87,11 @@ def _cosine_to_curve(d, r):
 
 @inner()
 def _curve_at(tables, foot, feature, r, h):
-    """Return the first and second derivative of the curve on which a foot lies; zeros for none.
+    """Return both derivatives (3,) of the curve on which a foot lies, by its parameter; or zeros.
 
     The curve is the side of the element, or the trimming piece through the foot, that is most
-    nearly perpendicular to the vector r to the point, within `PERPENDICULAR_TOL`. A vertex has
-    none.
+    nearly perpendicular to the vector r to the point, within `PERPENDICULAR_TOL`. They are zeros if
+    there is no such curve, and at a vertex.
     """
     e, s, t = foot
     elements, trims = tables.elements, tables.trims
@@ -127,10 +127,10 @@ def _curve_at(tables, foot, feature, r, h):
 
 @kernel(error_model="numpy")
 def slopes(tables, points, feet, out, start, stop):
-    """Fill rows start … stop of `out`, `FootSlopes`, at `feet`, a `Projection`, of points (k, 3).
+    """Write rows start … stop − 1 of `out` (`FootSlopes`) at `feet`, a `Projection` of `points`.
 
-    The gaps are the true distances from the surface. The normal counts as fixed at a focal point of
-    a face, and at a foot on an edge or vertex that the point almost touches.
+    The gaps must be the true distances from the surface. The normal counts as fixed at a focal
+    point of a face, and at a foot on an edge or vertex that the point almost touches.
     """
     elements, min_length = tables.elements, MIN_LENGTH * tables.scale[1]
     h = scratch(4, 6)

@@ -67,10 +67,10 @@ def _misses_box(corner, p, d, x_min, x_max, pad):
 def judge_cell(h, k, size, path, span, entries):
     """Decide whether to DROP a cell, to SOLVE its crossing, to treat it as a POINT, or to HALVE it.
 
-    The cell has the half-size `size` about the place with derivatives `h`, and bounds k[9]. `path`
-    is a `LeafPath`, `span` is (x_min, x_max), the range that is searched; `entries` tells whether
-    only entries count. Also returns the steps in (s, t) from the middle to the start of SOLVE, else
-    zeros.
+    Returns that verdict, and the steps in s and t from the cell's middle to the start of SOLVE,
+    else zeros. The cell has the half-size `size` about the place with derivatives `h`, and bounds
+    k[9]. `path` is a `LeafPath`, `span` is (x_min, x_max), the range that is searched; `entries`
+    tells whether only entries count.
     """
     hs, ht = size
     p, d, slack, wide = path.p, path.d, path.slack, path.wide
@@ -124,9 +124,9 @@ def judge_cell(h, k, size, path, span, entries):
 def _solve(elements, e, box, start, path, h):
     """Find a crossing of the line by Newton's method from `start` (s, t), kept in `box`.
 
-    `box` is (s0, s1, t0, t1). Returns ON if it converged, MISSED if the box holds no root,
-    NOT_CONVERGED if the steps ran out or the line is tangential; s, t, x, and (S_s × S_t)·d over
-    |S_s × S_t|.
+    `box` is (s0, s1, t0, t1). Returns the state, s, t, x, and the slope n·d with the unit normal n.
+    The state is ON if the method converged, MISSED if the box holds no root, NOT_CONVERGED if the
+    steps ran out or the line is tangential.
     """
     p, d, slack = path.p, path.d, path.slack
     s, t = start
@@ -165,9 +165,9 @@ def _solve(elements, e, box, start, path, h):
 def shrunk_cell(h, k, cell, path, span):
     """Return the part (s0, s1, t0, t1) of a cell that the path, not just its line, may cross.
 
-    Low ≥ high for none; the cell itself if it has no tangent plane. To first order the dual vectors
-    of the tangent plane give (s, t) of a point of the path, at any angle: a path shorter than the
-    cell can cross only a small part of it.
+    Low ≥ high if it may cross no part; the cell itself if it has no tangent plane. To first order
+    the dual vectors of the tangent plane give (s, t) of a point of the path, at any angle: a path
+    shorter than the cell can cross only a small part of it.
     """
     p, d, slack, wide = path.p, path.d, path.slack, path.wide
     hs = 0.5 * (cell[1] - cell[0])
@@ -218,10 +218,10 @@ def held_cell(cell, size, path, room, h):
 def next_crossing(elements, leaf, pole, path, ends, work, top):
     """Find the next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
 
-    The first that is found, not the one with the least x; it has x < max_x, and enters if only
-    entries count. `path` is a `LeafPath`, `ends` are `Ends`, `work` is `CellWork`, in which cells
-    are counted, and counts[1] becomes 1 if one is given up. Returns x (infinite for none), s, t,
-    the slope n·d, and the number of cells still on the stack.
+    It is the first crossing found, not the one with the least x; it has x < max_x, and enters if
+    only entries count. `path` is a `LeafPath`, `ends` are `Ends`, `work` is `CellWork`, in which
+    cells are counted, and counts[1] becomes 1 if one is given up. Returns x (infinite for none), s,
+    t, the slope (n·d, or −1 or 1 by `touch`), and the number of cells still on the stack.
     """
     stack, h, k, corner, count = work.stack, work.h, work.k, work.corner, work.counts
     length, spare, max_x, sense = ends.length, ends.spare, ends.max_x, ends.sense

@@ -14,7 +14,7 @@ def _passage(box, line, pad):
     """Return the range of x (low, high) in which a line is over a rectangle; low > high for none.
 
     The rectangle is `box` (s0, s1, t0, t1) widened by `pad` (2,). `line` (4,) is (s, t) at x = 0
-    and their derivatives by x.
+    and their derivatives with respect to x.
     """
     low, high = -math.inf, math.inf
     for c in range(2):
@@ -35,8 +35,8 @@ def _passage(box, line, pad):
 def over_plane(h, r, d):
     """Project the line r + x d onto the tangent plane, in (s, t) from the place of `h`.
 
-    Returns whether there is a plane; (s, t) at x = 0 and their derivatives by x; the largest
-    changes of s and t per length of a displacement. Without a plane they are zeros.
+    Returns whether there is a plane; the line as (s, t, ds/dx, dt/dx) at x = 0; and the largest
+    changes of s and t per length of a displacement. Without a plane the numbers are zeros.
     """
     a = column(h, 1)
     b = column(h, 2)
@@ -59,10 +59,10 @@ def over_plane(h, r, d):
 def touch(elements, e, cell, path, length, h):
     """Find the crossing of a cell that is a point, or flat along the path.
 
-    A path crosses if its ends are on different sides of the cell's tangent plane, to `slack`.
-    Returns x; the steps in (s, t) from the middle to the place of the cell nearest to where the
-    path meets the plane; and the slope −1, 0 (no crossing) or 1. Places beyond a side of the
-    element within its room count as in the cell.
+    A path crosses if its ends are on different sides of the cell's tangent plane, to `slack`, and
+    it meets the plane at the cell. Returns x; the steps in s and t from the middle to the place of
+    the cell nearest to where the path meets the plane; and the slope −1, 0 (no crossing) or 1.
+    Places beyond a side of the element within its room count as in the cell.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
     normal = normal_at(elements, e, s, t, h)
@@ -77,8 +77,8 @@ def meet_plane(cell, path, length, h, r, heights):
     """Intersect a path with the tangent plane of a cell; return the same as `touch`.
 
     `r` (3,) is the vector from the cell's middle, whose derivatives are `h`, to the start of the
-    path; `heights` are the height of the start above the plane and its slope along the path. If `h`
-    spans no plane, the path crosses where it is nearest to the middle.
+    path; `heights` are the height of the start above the plane and the change of the height per
+    length of the path. If `h` spans no plane, the path crosses where it is nearest to the middle.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
     d, slack, room = path.d, path.slack, path.room

@@ -34,7 +34,8 @@ def meets_box(node, p, inverse, span, slack):
     """Return whether the path p + x d meets the box of a node widened by `slack`, and the least x.
 
     `span` is (x_min, x_max), the range of x; `inverse` is one over d, component by component
-    (`reciprocal`). Rounding counts as meeting.
+    (`reciprocal`). Paths that miss the box by rounding count as meeting it, and the x of others
+    that miss it has no meaning.
     """
     x_min, x_max = span
     for c in range(3):
@@ -53,7 +54,7 @@ def meets_box(node, p, inverse, span, slack):
 
 @inner()
 def reciprocal(x):
-    """Return 1/x, or infinity if x is too small."""
+    """Return 1/x, or infinity if |x| is too small."""
     return 1.0 / x if abs(x) > 1e-290 else math.inf
 
 
@@ -61,8 +62,8 @@ def reciprocal(x):
 def next_leaves(tree, p, inverse, span, slack, queue, top):
     """Return the next node of leaves that the path meets within `span`, and the number pending.
 
-    The node is −1 if there is none. Inner nodes on the way are replaced by those children that the
-    path meets, the nearer one on top.
+    The node is −1 if there is none. In `queue` the inner nodes on the way are replaced by those
+    children that the path meets, the nearer one on top.
     """
     nodes, entry = queue.nodes, queue.entry
     leaf_node = -1
@@ -90,10 +91,10 @@ def next_leaves(tree, p, inverse, span, slack, queue, top):
 
 @inner()
 def _room_beside(elements, e, side, slack):
-    """Return the largest distance beyond a side of an element at which a crossing belongs to it.
+    """Return the largest distance beyond a side at which a crossing belongs to the element, length.
 
-    Beyond a smooth joint it belongs to the neighbour, unless all of the neighbour is trimmed away.
-    Rooms up to `slack` are zero.
+    Beyond a smooth joint a crossing belongs to the neighbour, unless all of the neighbour is
+    trimmed away. Distances up to `slack` are zero.
     """
     row = elements.table[e]
     across = row["neighbour"][side]
@@ -105,11 +106,11 @@ def _room_beside(elements, e, side, slack):
 
 @inner(error_model="numpy")
 def _place_on_element(elements, e, place, path, x, h):
-    """Return the place of an element that stands for a crossing at `place`, and x there.
+    """Return the place (s, t) of an element that stands for a crossing at `place`, and x there.
 
     A crossing that is outside the element by rounding, as seen along the path, is far outside if
     the element is flat along the path: it is moved to where the side is nearest to the path. `h`
-    holds the derivatives at the crossing.
+    holds the derivatives at the crossing, and those at the new place afterwards.
     """
     if abs(place[0]) <= 0.5 and abs(place[1]) <= 0.5:
         return place, x
@@ -138,10 +139,10 @@ def _place_on_element(elements, e, place, path, x, h):
 
 @inner()
 def keep_first(crossings, e, place, x, slope, x_tol, width):
-    """Store a crossing of element e at `place` (s, t) if it is before the entry, or exit, so far.
+    """Store a crossing of element e in `crossings` if it is before the entry, or exit, so far.
 
-    The entry is row 0, the exit row 1; `slope` is negative for an entry. The place is clipped to
-    the element. `x_tol` is the uncertainty of x, `width` that of an edge near it.
+    The entry is row 0, the exit row 1; `slope` is negative for an entry. `place` (s, t) is clipped
+    to the element. `x_tol` is the uncertainty of x, `width` the width of an edge near the crossing.
     """
     side = 0 if slope < 0.0 else 1
     if x < crossings[side, X]:
@@ -155,11 +156,12 @@ def keep_first(crossings, e, place, x, slope, x_tol, width):
 
 @inner(linked=False)
 def _search(tables, segment, loose, sense, crossings, queue, work):
-    """Find the first crossings of a `Segment`: the entry in crossings[0], the exit in crossings[1].
+    """Write the first entry of a `Segment` to crossings[0], its first exit to crossings[1].
 
-    x is infinite for none; exits are searched if `sense` is EITHER. `loose` (2,) is the largest
-    distance beyond either end of a crossing at an edge, in widths of that edge; `queue` is a
-    `Queue`, `work` is `CellWork`, whose counts[1] is 1 if cells were given up.
+    x is infinite for none; exits are searched if `sense` is EITHER, up to `spare` beyond the first
+    crossing. `loose` (2,) is the largest distance beyond either end of a crossing at an edge, in
+    widths of that edge; `queue` is a `Queue`, `work` is `CellWork`, whose counts[1] is 1 afterwards
+    if cells were given up, else 0.
     """
     tree, leaves, elements = tables.tree, tables.leaves, tables.elements
     trims, piece_width = tables.trims, tables.piece_width
@@ -238,7 +240,7 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
 
 @inner()
 def write_crossing(elements, out, i, crossing, length, h):
-    """Write a crossing into row i of the hits, except its status.
+    """Write a crossing to row i of the hits `out`, except its status.
 
     `length` is the length of the path in units of x; the fraction is clipped to [0, 1].
     """
@@ -253,11 +255,11 @@ def write_crossing(elements, out, i, crossing, length, h):
 
 @inner()
 def write_last(elements, out, verdict, i, crossings, lengths, h):
-    """Write the first crossing of a backward search to row i of the hits, and its `verdict`.
+    """Write the first crossing of a backward search to row i of the hits `out` and of `verdict`.
 
-    Entry or exit counts, whichever has the smaller x. Without a crossing nothing is written.
-    `lengths` are the length of the path in units of x, and the slack; for `verdict` see
-    `last_crossings`.
+    Entry or exit counts, whichever has the smaller x. The status is OK, or AT_START at the start of
+    the forward path. Without a crossing nothing is written. `lengths` are the length of the path in
+    units of x, and the slack; for `verdict` see `last_crossings`.
     """
     side = 0 if crossings[0, X] <= crossings[1, X] else 1
     last, other = crossings[side], crossings[1 - side]
@@ -274,7 +276,7 @@ def write_last(elements, out, verdict, i, crossings, lengths, h):
 
 @inner()
 def search_memory():
-    """Allocate the work arrays of a search: crossings, queue of nodes, and work of a leaf."""
+    """Return work arrays of a search: crossings (2, 6), `Queue` of nodes, `CellWork` of a leaf."""
     queue = Queue(np.empty(128, np.int64), np.empty(128))
     stack, k, corner = np.empty((MAX_PENDING, 4)), np.empty(9), np.empty((2, 3))
     work = CellWork(stack, np.empty((4, 6)), k, corner, np.zeros(2, np.int64))
@@ -288,8 +290,8 @@ def first_hits(tables, lists, p0, p1, rows, out, start, stop):
     The status is OK, AT_START for an entry at x ≤ 0 (by rounding before p0), NO_HIT, also for a
     path without length, NOT_FINITE, or BUDGET if cells were given up: such a row has the first
     entry found, if any, which is not proved. x is the distance from p0 along the path. `p0` and
-    `p1` are (n, 3), in body axes. `lists` are `PieceLists`, which make
-    the search faster and do not change the results.
+    `p1` are (n, 3), in body axes. `lists` are `PieceLists`, which make the search faster and do not
+    change the results.
     """
     elements = tables.elements
     crossings, queue, work = search_memory()
@@ -317,11 +319,12 @@ def first_hits(tables, lists, p0, p1, rows, out, start, stop):
 def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
     """Write the crossing nearest the end of each segment p0[i] → p1[i] to row i of `out`.
 
-    Statuses as for `first_hits`. `p0` and `p1` are (n, 3); `loose` (2,) is the largest distance
-    beyond p0 and p1 of a crossing at an edge, in widths of that edge; `lists` as for `first_hits`.
-    Writes to `verdict` (n, 2) the sense, 1 for an entry, −1 for an exit, 0 for none; and the width
-    within which the result depends on rounding: that of an edge at the crossing, or of a place with
-    an entry and an exit; otherwise zero.
+    Statuses are those of `first_hits`, AT_START for a crossing at p0. `p0` and `p1` are (n, 3);
+    `loose` (2,) is the largest distance beyond p0 and p1 of a crossing at an edge, in widths of
+    that edge; `lists` as for `first_hits`. Writes to `verdict` (n, 2) the sense, 1 for an entry, −1
+    for an exit, 0 for none; and the width, a length, within which the result depends on rounding:
+    the width of an edge at the crossing, or the slack where an entry and an exit are in one place;
+    otherwise zero.
     """
     elements = tables.elements
     crossings, queue, work = search_memory()

@@ -104,9 +104,10 @@ def _bounds_over(surface, e, cell, shares, work):
 def _newton_crossing(surface, e, box, start, segment, work):
     """Find a crossing by Newton's method from `start` (s, t, τ), kept in `box` (s0, s1, t0, t1).
 
-    Returns ON if it converged, MISSED if the box holds no root, or NOT_CONVERGED if the steps ran
-    out or the point moves along the surface; s, t, τ; and the speed of the point along the normal,
-    length per τ, negative where it enters. work.mid holds the derivatives there.
+    Returns the state, s, t, τ, and the speed of the point along the normal, length per τ, negative
+    where it enters. The state is ON if the method converged, MISSED if the box holds no root, or
+    NOT_CONVERGED if the steps ran out or the point moves along the surface. work.mid holds the
+    derivatives at the crossing.
     """
     p, q, slack, shares = segment.p, segment.q, segment.slack, segment.shares
     begin, end, mid = work.begin, work.end, work.mid
@@ -155,7 +156,7 @@ def _newton_crossing(surface, e, box, start, segment, work):
 
 @inner(error_model="numpy")
 def _unit_normal(surface, e, place, h, work):
-    """Return the unit normal by the derivatives `h` (4, 6).
+    """Return the unit normal of element e at `place` (s, t) by the derivatives `h` (4, 6).
 
     Where they span no plane, it is the normal of the last shape, and work.mid is overwritten.
     """
@@ -221,7 +222,7 @@ def _between(p, q, share):
 def _face_edge_width(surface, e, place, d, slack, mid):
     """Return the width of an edge near a crossing in direction `d`; zero inside the face.
 
-    OUTSIDE if the crossing is outside the face; `mid` holds the derivatives there.
+    OUTSIDE if the crossing is outside the face; `mid` holds the derivatives at the crossing.
     """
     line = LeafPath(column(mid, 0), d, slack, 0.0, NO_ROOM)
     tables = surface.now
@@ -233,10 +234,10 @@ def _face_edge_width(surface, e, place, d, slack, mid):
 
 @inner(linked=False, error_model="numpy")
 def _cross_leaf(surface, leaf, segment, crossings, work):
-    """Find all crossings of a leaf and keep the first entry and exit (`keep_first`).
+    """Find all crossings of a leaf and keep the first entry and exit in `crossings` (`keep_first`).
 
     `segment` is relative to the origin of the leaf's element. Cells are boxes (s0, s1, t0, t1, τ0,
-    τ1). They are counted in work.counts, whose second number becomes 1 if one is given up.
+    τ1). They are counted in work.counts[0]; work.counts[1] becomes 1 if a cell is given up.
     """
     e, stack, mid, counts = leaf["element"], work.stack, work.mid, work.counts
     slack, spare = segment.slack, segment.spare
@@ -319,9 +320,10 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
 
 @inner(linked=False)
 def _search(surface, segment, crossings, queue, work):
-    """Find the first entry (crossings[0]) and exit (crossings[1]) of a `MovingSegment`.
+    """Write the first entry of a `MovingSegment` to crossings[0], its first exit to crossings[1].
 
-    x, the share of the segment, is infinite for none. work.counts[1] is 1 if cells were given up.
+    x, the share of the segment, is infinite for none. work.counts[1] is 1 afterwards if cells were
+    given up, else 0.
     """
     tables = surface.now
     tree, leaves, elements = tables.tree, tables.leaves, tables.elements
@@ -362,7 +364,7 @@ def last_moving_crossings(surface, p0, p1, between, out, verdict, start, stop):
 
     `p0` and `p1` are (n, 3); `between` (n, 2) are the shares of the surface's motion at the
     beginning and end of each segment. Points of `out` (a `Hit`) belong to the last shape. Statuses
-    and `verdict` (n, 2) are written as by `hit_nb.last_crossings`.
+    and `verdict` (n, 2) are those of `hit_nb.last_crossings`.
     """
     elements = surface.now.elements
     crossings = np.empty((2, 6))

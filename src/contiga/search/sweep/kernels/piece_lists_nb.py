@@ -19,7 +19,7 @@ MAX_PIECES = 64
 
 @inner()
 def _span(piece, side, voxels, c):
-    """Return the first voxel along axis c that the box of a piece meets, and one past the last."""
+    """Return the first voxel along axis c that a piece's box meets, and one past the last voxel."""
     first = math.floor(piece[LOW + c] / side)
     last = math.floor(piece[HIGH + c] / side)
     return int(max(first, 0.0)), int(min(last, voxels[c] - 1.0)) + 1
@@ -29,9 +29,9 @@ def _span(piece, side, voxels, c):
 def list_pieces(pieces, side, voxels, first, listed):
     """Count the pieces that may meet each voxel v in first[v + 1], or list them in `listed`.
 
-    They are listed if `listed` has rows. Then first[v] is the row at which the pieces of voxel v
-    begin, and becomes the row past their end. `side` is the length of a voxel; the grid begins at
-    the origin of the pieces.
+    They are listed, not counted, if `listed` has rows. Then first[v] is the row at which the pieces
+    of voxel v begin, and becomes the row past their end. `side` is the length of a voxel; the grid
+    begins at the origin of the pieces.
     """
     listing = listed.shape[0] > 0
     half = 0.5 * side
@@ -61,9 +61,10 @@ def list_pieces(pieces, side, voxels, first, listed):
 
 @inner()
 def _misses_piece(piece, a, b, spare):
-    """Return whether a segment from a to b certainly misses a piece: its box, widened, or its slab.
+    """Return whether a segment from a to b certainly misses the box or the slab of a piece.
 
-    Both are widened by `spare`, and compared with the segment's own box and range of heights.
+    Both are widened by `spare`, and compared with the segment's own box and range of heights. False
+    does not mean that it meets the piece.
     """
     for c in range(3):
         if min(a[c], b[c]) - spare > piece[HIGH + c] or max(a[c], b[c]) + spare < piece[LOW + c]:
@@ -80,8 +81,9 @@ def _misses_piece(piece, a, b, spare):
 def is_clear(lists, p, q, spare):
     """Return whether the path p → q is known to cross nothing, to `spare` beyond its ends.
 
-    Unknown is False: longer than `MAX_VOXELS`, out of the grid, near more than `MAX_PIECES` pieces,
-    not finite, or without lists.
+    False if that is unknown: the path passes more than `MAX_VOXELS` voxels or leaves the grid, a
+    voxel has more than `MAX_PIECES` pieces, the path may meet a piece or is not finite, or there
+    are no lists.
     """
     if not spare <= lists.reach:
         return False

@@ -41,9 +41,9 @@ MAX_CACHED_PATCHES = 100
 def order_rows(element, counts):
     """Return the rows in the order of their elements, and blocks (n, 3) of at most N_LANES rows.
 
-    A block is (element, first, end) of rows of one element. Rows of element −1 are left out;
-    `counts` (elements,) are the numbers of rows of each, and become the ends of each element's
-    rows.
+    A block is (element, first, end): order[first:end] are rows of that element. Rows of element −1
+    are left out. `counts` (elements,) are the numbers of rows of each element, and become the ends
+    of its rows in the order.
     """
     n_elements, total, n_blocks = counts.shape[0], 0, 0
     for e in range(n_elements):
@@ -76,11 +76,11 @@ def order_rows(element, counts):
 
 @inlined()
 def _previous_point(previous_points, feet, k):
-    """Return the previous position of point k, given or from its foot; NaN if unknown.
+    """Return the previous position (x, y, z) of point k, given or from its foot; NaN if unknown.
 
-    `feet` are `FeetBefore`; without rows the point is given. A tracked foot held at a border keeps
-    the surface normal, which does not lead to the point: only feet that are OK or a BRANCH_EVENT
-    count.
+    `feet` are `FeetBefore`; if they have no rows, the point is in `previous_points`. A tracked foot
+    held at a border keeps the surface normal, which does not lead to the point: only feet with the
+    status OK or BRANCH_EVENT count.
     """
     status, foot, gap, normal = feet.status, feet.point, feet.gap, feet.normal
     if gap.shape[0] == 0:
@@ -96,7 +96,7 @@ def _previous_point(previous_points, feet, k):
 
 @inlined()
 def _feet_of_chunk(feet, first, last):
-    """Return the previous feet of the rows of a chunk.
+    """Return the previous feet of the rows of a chunk as `FeetBefore`, without rows if not given.
 
     They are taken out of the record once, not in every pass of a loop.
     """
@@ -109,8 +109,8 @@ def _feet_of_chunk(feet, first, last):
 def fill_records(tables, path, starts, chunk, records):
     """Write the input of lanes for the rows of a `Chunk` to `records`.
 
-    Returns the element of each row, −1 if it has no foot to start from (then its flag is
-    TO_SEARCH), and the number of rows of each element. The other arguments are the same as for
+    Returns the element of each row, −1 if it has no foot to start from (then its flag in `records`
+    is TO_SEARCH), and the number of rows of each element. The other arguments are the same as for
     `track_lanes`.
     """
     first, last = chunk.first, chunk.last
@@ -175,9 +175,9 @@ def prefetch_rows(records, order, first, last, offset):
 def collect_rows(records, path, starts, chunk, pending, m, out):
     """Write the results of the rows of a chunk to `out`; list unfinished rows in `pending`.
 
-    Unfinished rows are flagged, or unproved although their previous points are known. They go
-    behind the first m of `pending`; the new number is returned. Each row is read before it is
-    written, so that `out` may contain the starts.
+    Unfinished rows are flagged, or unproved although the previous points are known; flagged rows
+    are not written to `out`. Unfinished rows go behind the first m of `pending`; their new number
+    is returned. Each row is read before it is written, so that `out` may contain the starts.
     """
     first, last = chunk.first, chunk.last
     previous_points, feet = path.before[first:last], _feet_of_chunk(path.feet, first, last)

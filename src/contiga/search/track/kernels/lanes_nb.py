@@ -85,9 +85,10 @@ def powers_of(bank, l, element, o, k):
 
 @inlined()
 def start_lane(bank, l, place, element, o, k):
-    """Set the start of lane l at place = (u, v) of its element.
+    """Write the start of lane l, at place = (u, v) of its element, to its bank.
 
-    The data of the element are every k-th number from element[o].
+    These are (s, t), clipped to the element, and the point relative to the element's origin. The
+    data of the element are every k-th number from element[o].
     """
     n = BANK_WIDTH
     bank[ROW_S * n + l] = local_place(place[0], element[o + BOX * k], element[o + SCALE * k])
@@ -100,9 +101,10 @@ def start_lane(bank, l, place, element, o, k):
 
 @inlined()
 def newton_round(bank, l, x, y, z, tolerance):
-    """Do one Newton round of lane l with the derivatives x, y, z of the surface's coordinates.
+    """Do one Newton round of lane l with the coordinates x, y, z and their derivatives.
 
-    See `newton_step`; lanes that are not ACTIVE keep their state.
+    Writes place, smallest squared distance and state by `newton_step` to the bank; a lane that is
+    not ACTIVE stays as it is.
     """
     n = BANK_WIDTH
     place = (bank[ROW_S * n + l], bank[ROW_T * n + l])
@@ -117,9 +119,10 @@ def newton_round(bank, l, x, y, z, tolerance):
 
 @inlined()
 def finish_lane(bank, l, x, y, z, element, o, k):
-    """Write the results of lane l; it is flagged if its miss exceeds the tolerance.
+    """Write the results of lane l to its bank; flag it TO_WALK unless it is DONE.
 
-    The numbers of its element are every k-th from element[o].
+    A lane whose miss exceeds the tolerance becomes REJECTED first. The numbers of its element are
+    every k-th from element[o].
     """
     n, first = BANK_WIDTH, ROW_RESULT * BANK_WIDTH + l
     s, t, state = bank[ROW_S * n + l], bank[ROW_T * n + l], bank[ROW_STATE * n + l]
@@ -174,7 +177,7 @@ def fill_element(elements, e, tolerance, element):
 
 @inner()
 def new_lanes(rows):
-    """Allocate the lanes of a block, (BANKS, rows * BANK_WIDTH), aligned to a cache line.
+    """Return the lanes of a block, (BANKS, rows * BANK_WIDTH), aligned to a cache line, undefined.
 
     Vectors across two lines take 4 % of a tracked point.
     """
@@ -226,7 +229,7 @@ def lanes_in(state, lanes, banks):
 
 @inlined()
 def _records_of(order, at, last):
-    """Return the offsets of the records of four rows from `at` on, before `last`."""
+    """Return the offsets of the records of order[at : at + 4]; beyond `last` a row is repeated."""
     end = last - 1
     return (
         RECORD_SIZE * order[min(at, end)],
@@ -238,7 +241,7 @@ def _records_of(order, at, last):
 
 @inlined()
 def below(places, c):
-    """Return the places c columns further."""
+    """Return the four places, each c columns further."""
     return places[0] + c, places[1] + c, places[2] + c, places[3] + c
 
 
@@ -251,7 +254,7 @@ def columns_from(row, l):
 
 @inner(linked=False)
 def start_lanes(lanes, n, element):
-    """Set the starts of the first n lanes from their input; lanes beyond are done."""
+    """Set the starts of the first n lanes from their input; they are ACTIVE, lanes beyond DONE."""
     copy = scratch(ELEMENT_SIZE)
     for b in range((n + BANK_WIDTH - 1) // BANK_WIDTH):
         bank = lanes[b]
@@ -313,7 +316,7 @@ def finish_polynomial(lanes, banks, element):
 
 @inner()
 def load_neighbourhoods(neighbourhoods, e, lanes, banks):
-    """Load the neighbourhoods of the feet in the first banks of lanes, all of element e."""
+    """Load the neighbourhoods of the feet, all of element e, into the first banks of lanes."""
     for b in range(banks):
         for l in range(0, BANK_WIDTH, 4):
             load_four_neighbourhoods(neighbourhoods, (e, e, e, e), lanes[b], l)
@@ -321,7 +324,7 @@ def load_neighbourhoods(neighbourhoods, e, lanes, banks):
 
 @inlined()
 def load_four_neighbourhoods(neighbourhoods, elements, bank, l):
-    """Load the neighbourhoods of the feet of lanes l … l + 3, in the given elements."""
+    """Load the neighbourhoods of four feet in four `elements` into lanes l … l + 3 of a bank."""
     records = (
         _neighbourhood_offset(elements[0], bank, l),
         _neighbourhood_offset(elements[1], bank, l + 1),
@@ -334,16 +337,16 @@ def load_four_neighbourhoods(neighbourhoods, elements, bank, l):
 
 @inlined()
 def _neighbourhood_offset(e, bank, l):
-    """Return the offset of the neighbourhood of the foot of lane l."""
+    """Return the offset of the neighbourhood, in element e, of the foot of lane l."""
     part = part_of(bank[ROW_S * BANK_WIDTH + l], bank[ROW_T * BANK_WIDTH + l])
     return NEIGHBOURHOOD_SIZE * (e * N_PARTS * N_PARTS + part)
 
 
 @inlined()
 def path_to_start(bank, l):
-    """Return an upper bound of the path from the foot of a lane to its start.
+    """Return an upper bound of the length of the path from the foot of lane l to its start.
 
-    Infinite if the start is outside the neighbourhood in the same patch.
+    Infinite if the start is outside the neighbourhood of the foot in the same patch.
     """
     n, place, bounds = (
         BANK_WIDTH,
@@ -367,8 +370,8 @@ def path_to_start(bank, l):
 def prove_lane(bank, l, path, tolerance, element, o, k):
     """Write the radius of the ball that proves the foot of lane l, and whether it is proved.
 
-    The start is at the end of a `path`; the radius is 0 without a proof, or if the lane is not
-    DONE. The numbers of its element are every k-th from element[o].
+    `path` is an upper bound of the length from the foot to its start; the radius is 0 without a
+    proof, or if the lane is not DONE. The numbers of its element are every k-th from element[o].
     """
     n, first, bounds = BANK_WIDTH, ROW_RESULT * BANK_WIDTH + l, ROW_BOUNDS * BANK_WIDTH + l
     u, v = bank[first + PLACE * n], bank[first + (PLACE + 1) * n]
@@ -396,7 +399,7 @@ def prove_lane(bank, l, path, tolerance, element, o, k):
 
 @inner(linked=False)
 def prove_lanes(lanes, banks, element, tolerance):
-    """Compute the radii of balls that prove the feet in the first banks of lanes, or 0.
+    """Write which feet in the first banks of lanes are proved, and the radii of their balls, or 0.
 
     Trims are not tested.
     """

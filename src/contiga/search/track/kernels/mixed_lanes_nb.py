@@ -97,7 +97,7 @@ def _prefetch_head(table, e):
 
 @inner(linked=False)
 def enqueue(tables, e, records, row, queue, n):
-    """Add a row of element e to the queue, behind n others, with its start as its place."""
+    """Add a row of `records`, with its start (u, v) in element e, to the queue behind n others."""
     lanes, slots = queue.lanes, queue.slots
     bank, l = lanes[n // BANK_WIDTH], n % BANK_WIDTH
     for c in range(N_INPUTS):
@@ -140,8 +140,9 @@ def enqueue_left(tables, e, bank, l, row, queue, n):
 def _start_queue(tables, queue, n):
     """Set the starts of the first n lanes in their present elements; return the number of banks.
 
-    A lane that has left its element goes on in the next one (`next_element`); it is REJECTED if
-    there is none, or it is trimmed away or no cubic. Lanes beyond n are DONE.
+    A lane that has left its element continues in the next one (`next_element`); the lane is
+    REJECTED if there is no such element, or the element is trimmed away or no cubic. Lanes beyond n
+    are DONE.
     """
     lanes, slots, elements = queue.lanes, queue.slots, tables.elements
     table = elements.table
@@ -201,7 +202,7 @@ def _select(first, a, b):
 
 @inlined()
 def _derivatives(bank, l):
-    """Evaluate the coordinates x, y, z with derivatives at the place of lane l in its element."""
+    """Return the coordinates x, y, z, each with its derivatives, at the place of lane l."""
     o = ROW_ELEMENT * BANK_WIDTH + l
     s, t = powers_of(bank, l, bank, o, BANK_WIDTH)
     x, y, z = polynomial_at(bank, o, BANK_WIDTH, s, t)
@@ -226,7 +227,7 @@ def newton_mixed(lanes, banks, tolerance):
 
 @inner(linked=False)
 def finish_mixed(lanes, banks):
-    """Write the results of the lanes at their final places."""
+    """Write the results of the first banks of lanes at their final places."""
     for b in range(banks):
         bank = lanes[b]
         for l in range(BANK_WIDTH):
@@ -236,7 +237,7 @@ def finish_mixed(lanes, banks):
 
 @inner(linked=False)
 def prove_mixed(lanes, banks, tolerance):
-    """Compute the radii of balls that prove the feet, or 0. Trims are not tested."""
+    """Write which feet are proved, and the radii of their balls, or 0. Trims are not tested."""
     for b in range(banks):
         bank = lanes[b]
         for l in range(BANK_WIDTH):
@@ -246,7 +247,7 @@ def prove_mixed(lanes, banks, tolerance):
 
 @inner(linked=False)
 def _prove_queue(tables, queue, n, banks):
-    """Write which of the first n feet are proved, in the first banks: their quick certificates.
+    """Write the quick certificates of the first n feet to the first banks of the queue.
 
     A foot on a trimmed patch needs a ball that is clear of the trims.
     """
@@ -319,9 +320,9 @@ def is_untrimmed_ball(tables, patch, bank, l):
 def process_queue(tables, proves, queue, n, records):
     """Write the feet of the n rows in the queue, with their quick certificates, to their records.
 
-    Returns the number of rows in the queue afterwards: those that have left their first element. A
-    row that leaves a second element, is REJECTED, or has its foot trimmed away is flagged for the
-    careful walk. Feet are proved if `proves`.
+    Returns the number of rows in the queue afterwards: they have left their first element and still
+    wait. A row that leaves a second element, is REJECTED, or has its foot trimmed away is flagged
+    for the careful walk. Feet are proved only if `proves`.
     """
     lanes, slots, elements = queue.lanes, queue.slots, tables.elements
     is_first = stack_int64(N_LANES)

@@ -31,9 +31,9 @@ def _speed(elements, e, place, axis, h):
 
 @inner(error_model="numpy")
 def side_beyond(s, t):
-    """Return the side that (s, t) is farthest beyond, the distance, and the place along it.
+    """Return the side that (s, t) is farthest beyond, the distance, and the place along the side.
 
-    The distance is negative inside the element.
+    The distance, in local parameters, is negative inside the element.
     """
     if abs(s) > abs(t):
         return (1 if s > 0.0 else 0), abs(s) - 0.5, t
@@ -51,8 +51,8 @@ def across_side(element, side, along):
 def next_element(tables, e, s, t):
     """Return (element, (u, v)) of a place (s, t) beyond element e; element −1 if there is none.
 
-    At most `MAX_SIDES` smooth sides are crossed, each by at most `MAX_OVERSHOOT` of one of the two
-    elements; within the patch the parameters decide.
+    With −1 the pair has no meaning. At most `MAX_SIDES` smooth sides are crossed, each by at most
+    `MAX_OVERSHOOT` of one of the two elements; within the patch the parameters decide.
     """
     elements, table = tables.elements, tables.elements.table
     row = table[e]

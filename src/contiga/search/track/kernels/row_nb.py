@@ -21,10 +21,10 @@ FLAGGED = 1
 
 @kernel()
 def track_row(tables, motion, results, k):
-    """Track row k from its foot in `results` (FlaggedFeet), which the new one replaces.
+    """Track row k from its foot in `results` (FlaggedFeet), which the new foot replaces.
 
-    `motion` is a `PointMotion`. The row is flagged and not written if no foot is found here, or its
-    neighbourhood does not prove it.
+    `motion` is a `PointMotion`. results.back[k] becomes FLAGGED, and the foot stays, if no new foot
+    is found here or its neighbourhood does not prove it; else 0.
     """
     before, points = motion.before, motion.now
     out, back = results.feet, results.back

@@ -88,7 +88,7 @@ CURVATURE_TOL = 1e-12
 
 @inner()
 def _make_room(tables, proves, queue, waiting, records):
-    """Process waiting rows until the queue has room; return the number of rows in it."""
+    """Process waiting rows until the queue has room; return the number of rows still waiting."""
     while waiting == N_LANES:
         waiting = process_queue(tables, proves, queue, waiting, records)
     return waiting
@@ -110,8 +110,9 @@ def track_lanes(tables, path, starts, chunk, records, pending, m, out):
     work table with at least as many rows as the chunk. The feet go to `out`, which may contain the
     starts. Returns the number of pending rows, m of them from before: see `collect_rows`.
 
-    A row is flagged for the careful walk if it does not descend, its element is trimmed away at the
-    foot or of too high a degree, or it leaves over a side that is not smooth. Feet are proved if
+    A row without a start is flagged TO_SEARCH. A row is flagged TO_WALK if Newton's method does not
+    converge, if its element or its foot is trimmed away, if the element's degree is too high, or if
+    it leaves over a side that is not smooth, or leaves a second element. Feet are proved only if
     the previous points are known and the tables have neighbourhoods.
     """
     element_of, counts = fill_records(tables, path, starts, chunk, records)
@@ -197,10 +198,11 @@ def track_lanes(tables, path, starts, chunk, records, pending, m, out):
 
 @kernel()
 def track_chunks(tables, path, starts, size, records, pending, out, chunks):
-    """Track the chunks first … last = `chunks` of `size` points each in lanes.
+    """Track a range of chunks of `size` points each in lanes.
 
-    Returns the number of pending rows, not proved or without a foot. The other arguments are the
-    same as for `track_lanes`.
+    `chunks` is (first, one past the last). Returns the number of pending rows: without a foot, or
+    not proved though the previous points are known. The other arguments are the same as for
+    `track_lanes`.
     """
     m = 0
     for c in range(chunks[0], chunks[1]):
@@ -211,11 +213,11 @@ def track_chunks(tables, path, starts, size, records, pending, out, chunks):
 
 @kernel()
 def continue_pending(tables, points, pending, m, out):
-    """Find the feet of the first m pending rows without one, by walks and searches, into `out`.
+    """Write feet of the first m pending rows that have none to `out`, by walks and searches.
 
-    Rows whose walk reaches no minimum become a BRANCH_EVENT, with the closest point for a foot:
-    walks that do not converge, or end on a maximum of the distance. Their flags become HAS_ENDED.
-    Points that are not finite are NOT_FINITE.
+    Rows whose walk reaches no minimum, because it does not converge or ends on a maximum of the
+    distance, get the closest point and the status BRANCH_EVENT; their flags become HAS_ENDED.
+    Points that are not finite get blank rows with NOT_FINITE.
     """
     nearest, h = scratch(4), scratch(4, 6)
     rows, flags = pending.rows, pending.flags
