@@ -149,28 +149,28 @@ def _name_of(role: str, contact: Any, parts: Iterable[tuple[str, object]]) -> st
 
 
 def spring_parts(parts: Any) -> dict[str, Spring]:
-    """Return springs by name, from a dict or a list."""
+    """Return springs by name, from a dict, a list or one of them."""
     return _named_parts("springs", parts, Spring)
 
 
 def slip_ring_parts(parts: Any) -> dict[str, SlipRing]:
-    """Return slip rings by name, from a dict or a list."""
+    """Return slip rings by name, from a dict, a list or one of them."""
     return _named_parts("slip_rings", parts, SlipRing)
 
 
 def joint_parts(parts: Any) -> dict[str, Joint]:
-    """Return joints by name, from a dict or a list."""
+    """Return joints by name, from a dict, a list or one of them."""
     return _named_parts("joints", parts, Joint)
 
 
 def gas_parts(parts: Any) -> dict[str, Chamber]:
-    """Return chambers of gas by name, from a dict or a list."""
+    """Return chambers of gas by name, from a dict, a list or one of them."""
     named = _named_parts("gas", parts, Chamber)
     return {name: chamber.called(name) for name, chamber in named.items()}
 
 
 def _named_parts(kind: str, parts: Any, of: type[Part]) -> dict[str, Part]:
-    """Return parts of one type by name, from a dict or a list.
+    """Return parts of one type by name, from a dict, a list or a single part.
 
     In a list a part has its own name, or one made of kind and number, as "spring_0".
 
@@ -181,12 +181,12 @@ def _named_parts(kind: str, parts: Any, of: type[Part]) -> dict[str, Part]:
     """
     if isinstance(parts, Mapping):
         named = list(parts.items())
-    elif isinstance(parts, Sequence):
-        named = [
-            (getattr(part, "name", "") or f"{kind[:-1]}_{i}", part) for i, part in enumerate(parts)
-        ]
     else:
-        named = [("", parts)]
+        is_single = isinstance(parts, of) or not isinstance(parts, Sequence)
+        named = [
+            (getattr(part, "name", "") or f"{kind[:-1]}_{i}", part)
+            for i, part in enumerate([parts] if is_single else parts)
+        ]
     for name, part in named:
         if not isinstance(part, of):
             raise InputError(

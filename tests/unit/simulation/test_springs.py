@@ -7,6 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import InputError
+from contiga.simulation.parts import spring_parts
 
 MASS, STIFFNESS, SPEED = 2.0, 800.0, 3.0
 OMEGA = np.sqrt(STIFFNESS / MASS)
@@ -88,3 +89,13 @@ def test_springs_are_not_called_as_others_are() -> None:
             end=1.0,
             step=0.1,
         )
+
+
+def test_a_single_spring_needs_no_list() -> None:
+    ends = {"at": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], "curve": 1.0}
+    named = cg.Spring(("a", "ground"), name="tie", **ends)
+    unnamed = cg.Spring(("a", "ground"), **ends)
+    assert list(spring_parts(named)) == list(spring_parts([named])) == ["tie"]
+    assert list(spring_parts(unnamed)) == list(spring_parts([unnamed]))
+    with pytest.raises(InputError, match="must be springs"):
+        spring_parts(3.0)
