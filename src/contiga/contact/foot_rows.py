@@ -99,8 +99,9 @@ def within_depth(feet: Projection, options: Options) -> BoolArray:
 def free_distance(feet: Projection, options: Options) -> FloatArray:
     """Return `safe_distance` (n,) of free points from their closest points; negative inside.
 
-    It is zero for points within rounding of the surface, or without a closest point on a face. In a
-    search by penetration a point that is too deep is as far from contact as from that depth.
+    It is zero for points within rounding of the surface, and where the status of the closest point
+    is not OK, as at a border. In a search by penetration a point that is too deep is as far from
+    contact as from that depth.
     """
     skip = max(options.band, options.depth if options.penetration else 0.0)
     safe_distance = np.where(

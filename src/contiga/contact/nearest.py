@@ -149,7 +149,12 @@ class PointClasses(NamedTuple):
 def classify(
     step: Step, candidates: Candidates, needs_closest: BoolArray, options: Options
 ) -> PointClasses:
-    """Classify candidates by their sides, or by their closest points if the side is unknown."""
+    """Return the classes of candidates, by their sides, or by `candidates.closest` if unknown.
+
+    Closest points are found before. A point in `needs_closest`, which needed its closest point, is
+    solved only if that has the status OK. Free points inside since the start, or without a past in
+    `step`, may be free inside.
+    """
     feet, has_side = candidates.closest, candidates.side != 0
     solved = ~needs_closest | (feet.status == Status.OK)
     inside = solved & np.where(has_side, candidates.side < 0, feet.gap <= 0.0)
@@ -160,9 +165,12 @@ def classify(
 
 
 def decide(search: StepSearch, candidates: Candidates) -> Guards:
-    """Write the decision on points of a closed body; return guards as `detect` does.
+    """Decide which points touch a closed body, and write that; return guards as `detect` does.
 
-    `candidates` is filled in: closest points, feet, and guards of points that entered.
+    If sides and closest points do not decide on all, points inside enter where their paths cross
+    the surface last (in a search by penetration free points enter by depth), and points whose feet
+    are not kept are followed along their paths. `candidates` is filled in: closest points, feet,
+    and guards of points that entered.
     """
     step, detected, options = search.step, search.detected, search.options
     rows, was_touching = candidates.rows, candidates.was_touching

@@ -333,14 +333,16 @@ class Deforming(Dependent):
     def with_masses(self, slave: Slave) -> Slave:
         """Return a copy of the slave with the masses (n,) of its elements and of `masses`.
 
-        The slave's previous masses do not count. A node in no element gets the mean mass.
+        What `mass_scaling` adds is in them. A slave of splines gets the masses of its shell, matter
+        of one's own shares its `mass` among the points that it moves. The slave's previous masses
+        do not count. A node in no element gets the mean mass.
 
         Laws with a `damping_ratio` use these masses: make contacts and simulation with that slave.
 
         Raises
         ------
         InputError
-            A slave without elements.
+            A mesh without elements, unless the material is matter of one's own.
         """
         surface_matter = self._surface_matter(slave, "masses")
         if surface_matter is not None:

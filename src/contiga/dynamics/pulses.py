@@ -197,10 +197,10 @@ def check_covers(span: tuple[float, float] | None, start: float, end: float, whe
 
 
 def _vectors(table: ArrayLike, letter: str, direction: Axis | None, smooth: bool) -> Pieces:
-    """Return the vectors of a table over time; `letter` is "v" or "a", for messages.
+    """Return the vectors of a table as a function of time: linear between rows, cubic if `smooth`.
 
-    Rows t, v are along `direction`. An `InputError` is raised if it is missing for these, or given
-    for rows of vectors, or if the table has another shape.
+    `letter` is "v" or "a", for messages. Rows t, v are along `direction`. An `InputError` is raised
+    if it is missing for these, or given for rows of vectors, or if the table has another shape.
     """
     components = tuple(f"{letter}{axis}" for axis in "xyz")
     try:

@@ -53,10 +53,11 @@ def check_numbers(patch: Patch, where: str) -> None:
 
 
 def check_edges(patch: Piece, tol: float) -> None:
-    """Raise InputError for an edge that is a pole, or along which the surface has no normal.
+    """Raise InputError for an edge that is a pole, or on which the surface lacks a normal.
 
     All control points of a pole are within the length `tol` in x, y and z. Normals are tested at
-    `N_SAMPLES` parameters inside the edge: S_u and S_v must not be parallel to `PARALLEL_TOL`.
+    `N_SAMPLES` parameters inside the edge: one at which S_u and S_v are parallel to `PARALLEL_TOL`
+    is a fault.
     """
     net = patch.control_points.reshape(-1, 3)
     for name in EDGES:

@@ -124,10 +124,11 @@ def check_alignment(
 
 
 def _principal_rotation(part: Master | Slave) -> FloatArray:
-    """Return (4, 4) the smallest rotation about the centre of the principal axes to x, y, z.
+    """Return a rotation (4, 4) about the centre: longest principal axis to x, shortest to z.
 
-    If two axes have equal moments, only the third is turned, to x or z; if all three have, it is
-    the identity.
+    Long means a large second moment. The senses of the axes are those of the smallest rotation. If
+    two axes have equal moments, only the third is turned, to x or z; if all three have, it is the
+    identity.
     """
     centre, second = _second_moments(part)
     moments, axes = principal_axes(second)

@@ -175,9 +175,9 @@ def mesh_layer(camera: Camera, points: FloatArray, triangles: IntArray) -> Layer
 
 
 def cloud_layer(camera: Camera, points: FloatArray, radius: float) -> Layer:
-    """Return the layer of a cloud of points, drawn as balls of `radius` pixels at any depth.
+    """Return the layer of a cloud of points, balls of `radius` pixels at any depth, uncoloured.
 
-    Points that are not finite, or behind the eye, are left out.
+    It says which ball is seen in each pixel, where on it, and how deep. Points that are not finite, or behind the eye, are left out.
     """
     buffer = empty_buffer(*camera.size)
     screen = project(camera, points)

@@ -30,8 +30,9 @@ def draw_curves(
     ----------
     folders : output folders of runs; all is drawn in the units of the first
     path : picture to write, in the format of its suffix (.png, .svg, .pdf)
-    x : channel of the abscissa, time if omitted
-    y : channels, one panel each; the curves in the report of the first run if omitted
+    x : channel of the abscissa of `y`, time if omitted; without `y` it has no effect
+    y : channels, one panel each; if omitted the curves in the report of the first run, over
+        abscissae of their own, several channels in a panel as in the report
 
     Raises
     ------

@@ -89,10 +89,11 @@ class _EdgeCuts(NamedTuple):
 
 
 def pull_tight(obstacles: Obstacles, points: FloatArray) -> Tight:
-    """Return a polyline (n + 1, 3) of even spacing relaxed to a taut string with the same ends.
+    """Return `points` (n + 1, 3), of even spacing, relaxed to a taut string with the same ends.
 
-    It is first relaxed onto the surfaces. If a chord then cuts off an edge, edges are rounded by
-    radii that shrink from level to level; there points on straight parts are removed and chords
+    It is first relaxed onto the surfaces, and keeps its points if no chord then cuts off an edge.
+    Otherwise edges are rounded by radii that shrink from level to level, and the number and
+    spacing of points change: points on straight parts are removed and chords
     that cut are divided, into at most `MAX_PIECES` parts that turn by about `MAX_TURN` each. At the
     last radius a string also counts as at rest if its length changes by less than `LENGTH_TOL`.
     The result is at rest only if the chords that still cut save less than that, too; its rounding

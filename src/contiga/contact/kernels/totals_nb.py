@@ -22,7 +22,10 @@ def _rotated(pose, x, y, z, c):
 
 @inner()
 def _add_wrench(points, k, force, frame, totals):
-    """Add a force at point k to `totals`, and its moment about the reference point; world axes."""
+    """Add a force, in world axes, at point k to `totals`, and its moment about the reference point.
+
+    `points` and the reference point are in body axes; the pose of `frame` turns the arm.
+    """
     pose, about = frame.pose, frame.reference_point
     x, y, z = points[k, 0] - about[0], points[k, 1] - about[1], points[k, 2] - about[2]
     arm = (_rotated(pose, x, y, z, 0), _rotated(pose, x, y, z, 1), _rotated(pose, x, y, z, 2))

@@ -55,8 +55,9 @@ def _square(h, a):
 def normal_at(elements, e, s, t, h):
     """Return the unit normal at (s, t), and write the derivatives there to `h` (4, 6).
 
-    At a side that is one point S_s vanishes and S_s ≈ (t ∓ 1/2) S_st: the limit of the normal
-    from inside is ± S_st × S_t. Zero if that vanishes, too.
+    At a side t = ±1/2 that is one point S_s vanishes and S_s ≈ (t ∓ 1/2) S_st: the limit of the
+    normal from inside is along ∓ S_st × S_t. At a side s = ±1/2 S_t vanishes, and it is along
+    ∓ S_s × S_st. Zero if that vanishes, too.
     """
     evaluate(elements, e, s, t, h)
     about = elements.table[e]["about"]

@@ -249,7 +249,7 @@ class Row(NamedTuple):
     def whole(self, name: str) -> int:
         """Return a field as a whole number; blank and 0 are its default, or 0.
 
-        Decimals are cut off.
+        Decimals are cut off. The field counts as read.
 
         Raises
         ------

@@ -331,11 +331,11 @@ def _cut(frame: _Frame, old: _Cells, rows: Rows, own_blocks: bool) -> _Cells:
 
 
 def _own_blocks(frame: _Frame, parts: Records, blocks: Records) -> Records:
-    """Return smooth blocks of cells: the given ones, or surroundings in their element if better.
+    """Return smooth blocks of cells: the given ones, or surroundings in their element, or caps.
 
-    Surroundings are tried from the widest on (`single_cell_blocks`), then caps. Cells whose own
-    surroundings would cross a side of the element keep a block that proves anything. Changes
-    `blocks`.
+    Surroundings are tried from the widest on (`single_cell_blocks`), but not for cells with a block
+    that proves anything whose own surroundings would cross a side of the element. Then caps replace
+    blocks of any cells near poles. Changes `blocks`.
     """
     box = parts["box"].reshape(-1, 2, 2)
     half = box[:, :, 1] - box[:, :, 0]

@@ -78,8 +78,8 @@ def _median_split(middle, order, start, stop):
 def _split_range(middle, order, start, stop, cuts):
     """Halve the longest part of a range until there are eight, or none has more than eight boxes.
 
-    Partly sorts order[start:stop], writes the bounds of the parts to `cuts`, and returns the number
-    of parts.
+    The first half is rounded up to a multiple of `WIDTH`. Partly sorts order[start:stop], writes
+    the bounds of the parts to `cuts`, and returns the number of parts.
     """
     cuts[0] = start
     cuts[1] = stop

@@ -183,7 +183,7 @@ def _distance2(tables, foot, point, h):
 
 @inner()
 def _edge_foot(tables, home, reach, point, nearest, h):
-    """Return where a tracked foot leaves the face `home`: (is on an open border, element, s, t).
+    """Return where a tracked foot leaves the face `home`: (is on an open trim, element, s, t).
 
     The result is the closest point of that face, one of whose points is at the distance `reach`.
     `nearest` and `h` are work.

@@ -373,8 +373,9 @@ def _improve_by_item(tables, k, point, limits, nearest, stack, h):
 def _edge_is_admissible(tables, leaf, r, point, scope):
     """Return whether a place on a trimming curve is a minimum that the scope admits.
 
-    It is `is_admissible` for the face at the parameter r of a curve leaf's trimming piece: the
-    direction to the point must not lead into the face.
+    It corresponds to `is_admissible`, at the parameter r of a curve leaf's trimming piece: the
+    place must face the guard (`faces_guard`), and the direction to the point must not lead into the
+    face. On an open piece the point must be straight above or below it instead (`is_above_border`).
     """
     h, d = scratch(4, 6), scratch(3, 3)
     elements = tables.elements
@@ -405,7 +406,8 @@ def closest(tables, point, scope, reach, nearest, h):
     only nearest[LEFT_OUT] is written.
 
     Forms are evaluated at once. Leaves, which cost a hundred times as much, are pending until the
-    nearest form is known, and are then opened from the nearest on.
+    nearest form is known, and are then opened from the nearest on; with a guard in `scope` they
+    are opened as the search meets them.
     """
     items = tables.items
     leaves, plates = items.leaves, items.plates

@@ -60,8 +60,9 @@ def touch(elements, e, cell, path, length, h):
     """Find the crossing of a cell that is a point, or flat along the path.
 
     A path crosses if its ends are on different sides of the cell's tangent plane, to `slack`, and
-    it meets the plane at the cell. Returns x; the steps in s and t from the middle to the place of
-    the cell nearest to where the path meets the plane; and the slope −1, 0 (no crossing) or 1.
+    it meets the plane at the cell. Returns x, the length along the path to the crossing; the steps
+    in s and t from the middle to the place of the cell nearest to where the path meets the plane;
+    and the slope −1, 0 (no crossing, all are zero) or 1.
     Places beyond a side of the element within its room count as in the cell.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])

@@ -158,7 +158,8 @@ def _newton_crossing(surface, e, box, start, segment, work):
 def _unit_normal(surface, e, place, h, work):
     """Return the unit normal of element e at `place` (s, t) by the derivatives `h` (4, 6).
 
-    Where they span no plane, it is the normal of the last shape, and work.mid is overwritten.
+    Where they span no plane, it is the normal of the shape at the end of the motion
+    (`surface.now`), and work.mid is overwritten.
     """
     n = cross(column(h, 1), column(h, 2))
     length = math.sqrt(dot(n, n))

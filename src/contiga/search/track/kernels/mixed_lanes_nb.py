@@ -97,7 +97,10 @@ def _prefetch_head(table, e):
 
 @inner(linked=False)
 def enqueue(tables, e, records, row, queue, n):
-    """Add a row of `records`, with its start (u, v) in element e, to the queue behind n others."""
+    """Add a row of `records` to the queue behind n others; its start (u, v) is in element e.
+
+    The start is copied as it is; `_start_queue` turns it into (s, t).
+    """
     lanes, slots = queue.lanes, queue.slots
     bank, l = lanes[n // BANK_WIDTH], n % BANK_WIDTH
     for c in range(N_INPUTS):
