@@ -177,7 +177,8 @@ def mesh_layer(camera: Camera, points: FloatArray, triangles: IntArray) -> Layer
 def cloud_layer(camera: Camera, points: FloatArray, radius: float) -> Layer:
     """Return the layer of a cloud of points, balls of `radius` pixels at any depth, uncoloured.
 
-    It says which ball is seen in each pixel, where on it, and how deep. Points that are not finite, or behind the eye, are left out.
+    It says which ball is seen in each pixel, where on it, and how deep. Points that are not finite,
+    or behind the eye, are left out.
     """
     buffer = empty_buffer(*camera.size)
     screen = project(camera, points)
