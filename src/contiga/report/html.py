@@ -171,8 +171,8 @@ def _pictures(run: Run, still: bytes | None, view: View | None, peak_time: float
         stress = "the von Mises stress of what deforms, in the second picture "
         stress = stress if "von_mises" in view.data["looks"] else ""
         caption = (
-            "The recorded time of greatest force, framed by what touches. Slave points are drawn "
-            "where they are, so those in contact lie inside the body. "
+            "The recorded time of greatest force, framed around the parts that touch. Slave points "
+            "are drawn at their positions: points in contact lie inside the body. "
             f"Colour is {stress}{escape(view.note[:1].lower() + view.note[1:])}; {marks}."
         )
     else:
