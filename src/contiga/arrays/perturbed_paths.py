@@ -47,8 +47,8 @@ def robust_last_crossings(
     find faces there that it does not cross, or miss one. Such a path makes a detour between the
     same ends, a few widths off the place, in one direction after another, until its last crossing
     is clear of all edges: whether its end is inside does not depend on the path. The crossing of
-    the detour then replaces that of the path. If none of `MAX_TRIES` detours is clear, or the path
-    is shorter than six widths, the result of the straight path stays.
+    the perturbed path then replaces that of the path. If none of `MAX_TRIES` perturbed paths is
+    clear, or the path is shorter than six widths, the result of the straight path stays.
 
     Parameters
     ----------

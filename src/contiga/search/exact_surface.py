@@ -123,7 +123,7 @@ class ExactSurface:
         """Return the last crossings of the paths a_B[rows] → b_B[rows], and their sense.
 
         One row a path; the sense is 1 for an entry, −1 for an exit, 0 for none. Interval Newton on
-        the reversed path; paths whose crossing depends on rounding are repeated on detours
+        the reversed path; paths whose crossing depends on rounding are repeated on perturbed paths
         (`robust_last_crossings`).
         """
         lists = self._lists(len(rows))

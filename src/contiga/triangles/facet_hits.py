@@ -62,7 +62,7 @@ def last_crossings(
 ) -> tuple[Hit, ByteArray]:
     """Return the crossing nearest to the end of each segment a_M[rows] → b_M[rows].
 
-    Segments that meet an edge are searched again by detours: see `robust_last_crossings`.
+    Segments that meet an edge are searched again on perturbed paths: see `robust_last_crossings`.
 
     Returns
     -------

@@ -70,7 +70,7 @@ def test_a_study_that_was_changed_is_not_gone_on_with(folder: Path) -> None:
         run(other, folder, resume=True)
     case = (folder / "case.toml").read_text(encoding="utf-8")
     (folder / "case.toml").write_text(case.replace("1000.0", "900.0"), encoding="utf-8")
-    with pytest.raises(OutputError, match=r"something else: base: body\[0\].mass.total; found 900"):
+    with pytest.raises(OutputError, match=r"folder differs: base: body\[0\].mass.total; found 900"):
         run(study, folder, resume=True)
 
 
