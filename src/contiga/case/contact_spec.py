@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from typing import Annotated, Literal, Self
 
 from pydantic import model_validator
@@ -144,7 +144,9 @@ class ContactSpec(Spec):
     shell_thickness: Annotated[
         bool | float,
         must_be(
-            lambda value: isinstance(value, bool) or (is_number(value) and 0.0 < value < math.inf),
+            lambda value: (
+                isinstance(value, bool) or (is_number(value) and 0.0 < value <= sys.float_info.max)
+            ),
             "must be a thickness",
             "true, false, or a length > 0",
         ),

@@ -70,7 +70,7 @@ class Outcome(NamedTuple):
     """Result of reading one file."""
 
     content: Any = None
-    """What the reader returned; None if it raised."""
+    """Result of the reader; None if it raised."""
     error: Exception | None = None
     trace: str = ""
     """Traceback of a reader that failed with an exception of its own."""

@@ -235,17 +235,7 @@ class _Deck:
         """Return the deck and its instances in one mesh.
 
         In a deck without instances all parts are in the mesh, where they are drawn; in any other
-        one a part without an instance is not.
-
-        Raises
-        ------
-        MeshError
-            An element names a node that does not exist.
-
-        Warns
-        -----
-        ContigaWarning
-            A set names nodes or elements that do not exist.
+        one a part without an instance is not. Errors and warnings are those of `assemble_mesh`.
         """
         if len(self.instances) == 1:
             self.instances |= self.parts

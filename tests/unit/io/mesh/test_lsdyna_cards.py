@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from contiga.errors import MeshError
+from contiga.errors import FileError, MeshError
 from contiga.io.mesh.lsdyna_cards import (
     Block,
     Row,
@@ -99,3 +99,9 @@ def test_a_field_that_is_no_number_names_its_line(tmp_path: Path) -> None:
         row.whole("NID")
     with pytest.raises(MeshError, match=r"found '&m'.*write the deck out flat"):
         row.real("MASS")
+
+
+def test_a_deck_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    (tmp_path / "deck.k").mkdir()
+    with pytest.raises(FileError, match=r"deck\.k: cannot be read"):
+        list(read_blocks(tmp_path / "deck.k"))
